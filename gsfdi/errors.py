@@ -1,0 +1,62 @@
+"""What a user can put right, said in full: which thing, what is wrong with it, what would mend it.
+
+Library code raises these; only ``cli.py`` prints them and turns them into an exit status.
+"""
+
+import difflib
+from collections.abc import Iterable
+
+
+class GsfdiError(Exception):
+    """A failure that its reader can mend.
+
+    Parameters
+    ----------
+    subject : str
+        The file, key or name that is at fault.
+    what : str
+        What is wrong with it, with the value found.
+    mend : str
+        What would put it right.
+    """
+
+    exit_status = 2
+
+    def __init__(self, subject: object, what: str, mend: str = "") -> None:
+        self.subject, self.what, self.mend = str(subject), what, mend
+        super().__init__(one_line(f"{subject}: {what}" + (f"; {mend}" if mend else "")))
+
+
+class UnusableInputError(GsfdiError):
+    """A file, call or configuration that cannot be used as it is."""
+
+
+class BaselineError(GsfdiError):
+    """There is no baseline, or its checksum fails."""
+
+    exit_status = 4
+
+
+class LockedError(GsfdiError):
+    """Another run holds the lock."""
+
+    exit_status = 5
+
+
+def one_line(text: str) -> str:
+    """`text` on a single line, whatever a file name or an exception put into it."""
+    return " ".join(text.split())
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Advice that follows a name nobody knows.
+
+    Examples
+    --------
+    >>> nearest("stribek_friction", ["coulomb_friction", "stribeck_friction"])
+    "did you mean 'stribeck_friction'? known: coulomb_friction, stribeck_friction"
+    """
+    names = list(known)
+    close = difflib.get_close_matches(name, names, n=1)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    return f"{hint}known: {', '.join(names)}"

@@ -1,0 +1,91 @@
+"""The model of a joint: what a model file holds, in SI units and free of the file's spelling.
+
+Torques, inertias and stiffness are at the output axis unless the name says motor. A linear drive uses the same fields
+with N, m and kg in the place of N m, rad and kg m².
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from gsfdi.channels import Axis
+
+Structure = Literal["flexible", "rigid"]
+Side = Literal["motor", "output"]
+Effort = Literal["motor_current", "drive_torque"]
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """The linear joint.
+
+    Parameters
+    ----------
+    output_inertia : float
+        Inertia of the output side; of everything that moves when the joint is rigid [kg m²].
+    motor_inertia : float
+        Inertia of the motor, on the motor's own axis [kg m²]; 0 for a rigid joint.
+    gear_ratio : float
+        Motor turns for one turn of the output.
+    stiffness : float
+        Gearbox spring, at the output [N m/rad]; infinite for a rigid joint.
+    damping : float
+        Viscous damping on the output axis [N m s/rad].
+    torque_constant : float
+        Motor torque per ampere [N m/A]; 1 where the drive's effort is given as torque at the output.
+    """
+
+    output_inertia: float
+    motor_inertia: float = 0.0
+    gear_ratio: float = 1.0
+    stiffness: float = float("inf")
+    damping: float = 0.0
+    torque_constant: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """``u = kp (r - y) + ki ∫(r - y) dt + kd (b ṙ - ω/N)``, sampled and held; u in amperes, or in N m (N)."""
+
+    proportional: float
+    integral: float
+    derivative: float
+    sample_rate: float
+    rate_feedforward: float = 1.0
+    limit: float = float("inf")
+    effort: Effort = "motor_current"
+
+
+@dataclass(frozen=True, slots=True)
+class Sensors:
+    """Resolution and standard deviation of the noise of each measured channel; 0 where unknown or absent."""
+
+    position_resolution: float = 0.0
+    position_noise: float = 0.0
+    motor_velocity_resolution: float = 0.0
+    motor_velocity_noise: float = 0.0
+    effort_resolution: float = 0.0
+    effort_noise: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class TermUse:
+    """A term of physics as a model uses it: its id, its parameters by their contract names, side and onset [s]."""
+
+    term: str
+    values: Mapping[str, float] = field(default_factory=dict)
+    side: Side | None = None
+    onset: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class JointModel:
+    """Everything that a model file says of one joint."""
+
+    name: str
+    structure: Structure
+    plant: Plant
+    axis: Axis = "rotary"
+    controller: Controller | None = None
+    sensors: Sensors = Sensors()
+    physics: tuple[TermUse, ...] = ()

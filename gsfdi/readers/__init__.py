@@ -1,0 +1,1 @@
+"""One telemetry format per file; each ends in a frozen `READER`."""

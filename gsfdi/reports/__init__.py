@@ -1,0 +1,1 @@
+"""One form of report per file; each ends in a frozen `REPORT`."""

@@ -1,0 +1,1 @@
+"""One law of physics per file; each ends in a frozen `TERM`."""
