@@ -8,10 +8,22 @@ import pytest
 import gsfdi
 
 HOME = Path(gsfdi.__file__).parent
-GROUND = ("errors", "channels", "types", "registry", "joint", "subspace", "quality", "motion", "model", "replay")
+GROUND = (
+    "errors",
+    "channels",
+    "types",
+    "registry",
+    "joint",
+    "subspace",
+    "quality",
+    "motion",
+    "model",
+    "replay",
+    "atomic",
+)
 SHELVES = ("readers", "terms", "detectors", "reports")
 STAGES = ("store", "ingest", "baseline", "diagnosis", "prognosis", "simulate", "fit", "reconcile", "proof")
-TOP = ("config", "pipeline", "cli", "__main__")
+TOP = ("config", "workers", "pipeline", "nightly", "cli", "__main__")
 FLOORS = (GROUND, SHELVES, STAGES, TOP)
 FLOOR = {name: height for height, rooms in enumerate(FLOORS) for name in rooms}
 
