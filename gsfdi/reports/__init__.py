@@ -1,1 +1,55 @@
 """One form of report per file; each ends in a frozen `REPORT`."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from gsfdi.types import JointRecord, Problem, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """What a report of verdicts is made from.
+
+    Parameters
+    ----------
+    batch_path, batch_sha256 : str
+        What was analysed; of several files their common folder, and the hash over all their hashes.
+    baseline_name, baseline_sha256 : str or None
+        What it was compared with; None where there was no baseline.
+    made : str
+        When the analysis ran (ISO 8601).
+    verdicts : tuple of Verdict
+        One for each joint.
+    records : tuple of JointRecord
+        The telemetry that the verdicts speak of, for the plots.
+    problems : tuple of Problem
+        What was damaged, cut short or left out.
+    """
+
+    batch_path: str
+    batch_sha256: str
+    baseline_name: str | None
+    baseline_sha256: str | None
+    made: str
+    verdicts: tuple[Verdict, ...]
+    records: tuple[JointRecord, ...] = ()
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A form that an analysis can be written in.
+
+    Parameters
+    ----------
+    name : str
+        What the configuration calls it.
+    filename : str
+        The file it is written to.
+    write : callable
+        Turns an `Analysis` into the file's text.
+    """
+
+    name: str
+    filename: str
+    write: Callable[[Analysis], str]

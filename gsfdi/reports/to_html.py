@@ -1,0 +1,124 @@
+"""``report.html``: the verdicts at a glance, worst first, and below them the plots that carry each."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+
+from gsfdi.reports import Analysis, Report
+from gsfdi.reports.page import Figure, number, render, words
+from gsfdi.reports.verdict_plots import evidence_figures, signal_figures
+from gsfdi.types import Finding, JointRecord, Level, Verdict
+
+WORST_FIRST: tuple[Level, ...] = (
+    "critical",
+    "distress",
+    "warning",
+    "invalid_data",
+    "stale",
+    "not_assessed",
+    "normal",
+)
+
+ACTIONS = {
+    "none": "none",
+    "inspect": "inspect",
+    "plan_maintenance": "plan maintenance",
+    "stop_using": "stop using",
+    "check_telemetry": "check telemetry",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class JointPart:
+    """What the page says of one joint."""
+
+    anchor: str
+    verdict: Verdict
+    action: str
+    leading: list[Figure]
+    further: list[Figure]
+    findings: list[Finding]
+    quality: list[tuple[str, str]]
+
+
+def part(index: int, verdict: Verdict, record: JointRecord | None, columns: int) -> JointPart:
+    """Gather what the page says of one joint; the plots of a quiet joint wait behind a click."""
+    signals = signal_figures(record, verdict.onset_s, columns) if record is not None else []
+    shown = evidence_figures(verdict, columns)
+    quiet = verdict.verdict == "normal"
+    return JointPart(
+        anchor=f"joint-{index}",
+        verdict=verdict,
+        action=ACTIONS[verdict.action],
+        leading=[] if quiet else shown,
+        further=shown + signals if quiet else signals,
+        findings=sorted(verdict.findings, key=lambda finding: (not finding.alarm, finding.p_value)),
+        quality=quality_rows(record.quality if record is not None else {}),
+    )
+
+
+def quality_rows(quality: Mapping[str, Mapping[str, float]]) -> list[tuple[str, str]]:
+    """Write what the reading found, channel by channel; what was counted zero times is left out."""
+    rows = []
+    for channel, counts in quality.items():
+        found = [f"{words(kind)} {number(count, 4)}" for kind, count in counts.items() if count]
+        rows.append((channel, ", ".join(found) or "nothing to report"))
+    return rows
+
+
+def recorded(records: tuple[JointRecord, ...]) -> str:
+    """Say when the telemetry was recorded."""
+    spans = [(record.t0_ns, record.t0_ns + round(float(record.t[-1]) * 1e9)) for record in records if record.t.size]
+    if not spans:
+        return ""
+    start, end = min(span[0] for span in spans), max(span[1] for span in spans)
+    first, last = (datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=ns // 1000) for ns in (start, end))
+    same_day = first.date() == last.date()
+    return (
+        f"{first:%Y-%m-%d %H:%M:%S} to {last:%H:%M:%S} UTC"
+        if same_day
+        else f"{first:%Y-%m-%d %H:%M} to {last:%Y-%m-%d %H:%M} UTC"
+    )
+
+
+def headline(verdicts: list[Verdict]) -> str:
+    """Say in one line whether anybody must act."""
+    acting = [verdict.joint for verdict in verdicts if verdict.verdict in ("critical", "distress", "warning")]
+    unsure = [verdict.joint for verdict in verdicts if verdict.verdict in ("invalid_data", "stale", "not_assessed")]
+    if not verdicts:
+        return "No joint was found in this batch"
+    if acting:
+        names = ", ".join(acting[:4]) + (f" and {len(acting) - 4} more" if len(acting) > 4 else "")
+        return f"{names}: {'needs' if len(acting) == 1 else 'need'} attention"
+    if unsure:
+        return f"No joint alarms; {len(unsure)} of {len(verdicts)} could not be assessed"
+    return f"All {len(verdicts)} joints are normal" if len(verdicts) > 1 else f"{verdicts[0].joint} is normal"
+
+
+def write(analysis: Analysis) -> str:
+    """Write `analysis` as one self-contained page."""
+    verdicts = sorted(analysis.verdicts, key=lambda verdict: WORST_FIRST.index(verdict.verdict))
+    records = {record.joint: record for record in analysis.records}
+    # A page stays under 2 MB however many joints it shows: the more there are, the fewer points each curve keeps.
+    columns = max(60, min(260, 4000 // max(len(verdicts), 1)))
+    counts = Counter(verdict.verdict for verdict in verdicts)
+    return render(
+        "verdicts.html",
+        {
+            "headline": headline(verdicts),
+            "tally": [(level, counts[level]) for level in WORST_FIRST if counts[level]],
+            "joints": [part(i, verdict, records.get(verdict.joint), columns) for i, verdict in enumerate(verdicts)],
+            "robots": ", ".join(sorted({record.robot for record in analysis.records if record.robot})),
+            "recorded": recorded(analysis.records),
+            "problems": analysis.problems,
+            "made": analysis.made,
+            "batch_path": analysis.batch_path,
+            "batch_sha256": analysis.batch_sha256,
+            "baseline_name": analysis.baseline_name,
+            "baseline_sha256": analysis.baseline_sha256,
+        },
+    )
+
+
+REPORT = Report("html", "report.html", write)

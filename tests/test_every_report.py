@@ -1,0 +1,141 @@
+"""Every form of report keeps every finding, escapes what it prints, and says the same thing twice."""
+
+import csv
+import html
+import io
+import json
+import re
+
+import numpy as np
+import pytest
+
+from gsfdi.registry import shelf
+from gsfdi.reports import Analysis, Report
+from gsfdi.types import Due, Finding, JointRecord, Problem, Verdict
+
+REPORTS = list(shelf("gsfdi.reports", Report).values())
+
+HOSTILE = (
+    "<script>alert(1)</script>",
+    '"><img src=x onerror=alert(1)>',
+    '=HYPERLINK("http://x")',
+    "{{ 7 * 7 }}",
+    "a\nb,\"c'",
+    "joint ü 日本",
+)
+
+
+def record(joint: str) -> JointRecord:
+    t = np.arange(0.0, 20.0, 0.01)
+    position = np.sin(t)
+    position[300:320] = np.nan
+    return JointRecord(
+        robot="<b>arm</b>",
+        joint=joint,
+        t0_ns=1_790_000_000_123_456_789,
+        t=t,
+        channels={"setpoint": np.sin(t), "position": position, "motor_current": np.where(t == 5.0, 1e165, np.cos(t))},
+        quality={"time": {"gaps": 2}, joint: {joint: 3.0}},
+    )
+
+
+def verdict(joint: str) -> Verdict:
+    t = np.arange(0.0, 20.0, 0.1)
+    findings = (
+        Finding("parity", "parity", joint, True, 0.0, np.inf, 4.0, "1", f"residual of {joint}", 7.9, {"t": t, "r": t}),
+        Finding("angles", "smi", joint, False, np.nan, np.nan, 0.1, "rad", f"angles of {joint}", None, {joint: [1, 2]}),
+    )
+    return Verdict(
+        joint=joint,
+        verdict="distress",
+        action="inspect",
+        component="motor",
+        fault="torque_constant_drift",
+        fault_probability=0.97,
+        alternatives=({"fault": joint, "probability": 0.02},),
+        onset_s=7.9,
+        methods={"parity": {"alarm": True, "p_value": np.float64(0.0)}, "smi": {"alarm": np.False_, "p_value": np.nan}},
+        due=Due("2026-12-14", ("2026-12-02", "2027-01-08"), f"because of {joint}"),
+        says=f"{joint} loses torque.",
+        findings=findings,
+    )
+
+
+def analysis(*joints: str) -> Analysis:
+    return Analysis(
+        batch_path="in/<i>night</i>.mcap",
+        batch_sha256="0" * 64,
+        baseline_name=None,
+        baseline_sha256=None,
+        made="2026-11-21T02:00:00+00:00",
+        verdicts=tuple(map(verdict, joints)),
+        records=tuple(map(record, joints)),
+        problems=(Problem("in/<u>bad</u>.csv", "cut short & odd", "record it again"),),
+    )
+
+
+@pytest.mark.parametrize("report", REPORTS, ids=lambda report: report.name)
+class TestEveryReport:
+    def test_keeps_every_joint(self, report: Report) -> None:
+        joints = [f"joint-{k}" for k in range(12)]
+        text = report.write(analysis(*joints))
+        assert [joint for joint in joints if joint not in text] == []
+
+    def test_says_the_same_twice(self, report: Report) -> None:
+        assert report.write(analysis(*HOSTILE)) == report.write(analysis(*HOSTILE))
+
+    def test_writes_a_batch_without_joints(self, report: Report) -> None:
+        assert report.write(analysis()).endswith("\n") or report.name == "html"
+
+    def test_says_no_number_that_is_none(self, report: Report) -> None:
+        assert not re.search(r"\b(nan|NaN|Infinity|inf)\b", report.write(analysis("SH1")))
+
+
+def written(name: str, *joints: str) -> str:
+    return shelf("gsfdi.reports", Report)[name].write(analysis(*joints))
+
+
+def test_json_is_strict_and_keeps_every_finding() -> None:
+    def refuse(name: str) -> None:
+        raise AssertionError(name)
+
+    document = json.loads(written("json", *HOSTILE), parse_constant=refuse)
+    assert document["schema"] == "gsfdi/verdicts/1"
+    assert [joint["joint"] for joint in document["joints"]] == list(HOSTILE)
+    for joint in document["joints"]:
+        assert {finding["detector"] for finding in joint["findings"]} == {"parity", "angles"}
+        assert joint["methods"]["smi"] == {"alarm": False, "p_value": None}
+        assert joint["due"]["interval90"] == ["2026-12-02", "2027-01-08"]
+
+
+def test_csv_has_a_row_per_joint_and_no_cell_is_a_formula() -> None:
+    rows = list(csv.DictReader(io.StringIO(written("csv", *HOSTILE))))
+    assert len(rows) == len(HOSTILE)
+    for row, joint in zip(rows, HOSTILE, strict=True):
+        assert row["joint"] in (joint, "'" + joint)
+        assert row["due_when"] == "2026-12-14"
+        assert row["methods_parity_alarm"] == "true"
+        assert not any(value.startswith(("=", "+", "@")) for value in row.values())
+
+
+def test_html_shows_every_finding_and_nothing_in_it_is_markup() -> None:
+    page = written("html", *HOSTILE)
+    for joint in HOSTILE:
+        assert html.escape(f"residual of {joint}", quote=False) in page.replace("&#34;", '"').replace("&#39;", "'")
+    for smuggled in ("<script>alert", "<img src=x", "<b>arm", "<i>night", "<u>bad"):
+        assert smuggled not in page
+    assert "cut short &amp; odd" in page
+
+
+def test_html_fetches_nothing_and_stays_small() -> None:
+    page = written("html", *(f"joint-{k}" for k in range(40)))
+    assert len(page.encode()) < 2_000_000
+    assert not re.search(r"(src|href)=.?(https?:|//)|@import|url\(", page.replace("x onerror", ""))
+
+
+def test_prometheus_gauges_are_one_per_joint_and_level() -> None:
+    text = written("prometheus", "SH1", 'a"b')
+    values = [line.rsplit(" ", 1) for line in text.splitlines() if not line.startswith("#")]
+    assert len(values) == len({name for name, _ in values})
+    assert 'gsfdi_joint_verdict{robot="<b>arm</b>",joint="SH1",verdict="distress"} 1' in text
+    assert r'joint="a\"b"' in text
