@@ -76,6 +76,7 @@ def number(value: float | None, digits: int = 3) -> str:
         return f"{value:,.0f}"
     if size and not 1e-3 <= size < 1e7:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        mantissa = mantissa.rstrip("0").rstrip(".") if digits > 3 else mantissa
         return f"{mantissa}e{int(exponent)}".replace("-", "−")
     return f"{value:.{digits}g}".replace("-", "−") if size < 1000 else f"{value:.0f}".replace("-", "−")
 

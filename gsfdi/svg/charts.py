@@ -9,7 +9,7 @@ from gsfdi.svg.plot import Tone, svg, text
 from gsfdi.svg.scale import tick_labels, ticks
 from gsfdi.types import Array
 
-LETTER = 6.4
+LETTER = 7.0
 """Width of an average letter of the drawings' type, in units of the drawing."""
 
 
@@ -94,16 +94,17 @@ def draw_map(
     """
     rows, columns = values.shape
     full = largest or float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
-    left, top, width, height = 62, 8, 290, 150
-    dx, dy = width / columns, height / rows
+    left, top, width, height = 62, 8, 200, 130
+    across = np.rint(left + np.arange(columns + 1) * width / columns).astype(int).tolist()
+    down = np.rint(top + height - np.arange(rows + 1) * height / rows).astype(int).tolist()
     body = []
     for i in range(rows):
         for j in np.flatnonzero(np.isfinite(values[i])).tolist():
             strong = min(1.0, abs(float(values[i, j])) / full)
             if strong >= 0.03:
                 body.append(
-                    f'<rect class="{"up" if values[i, j] > 0 else "down"}" x="{left + j * dx:.1f}" '
-                    f'y="{top + (rows - 1 - i) * dy:.1f}" width="{dx:.1f}" height="{dy:.1f}" '
+                    f'<rect class="{"up" if values[i, j] > 0 else "down"}" x="{across[j]}" y="{down[i + 1]}" '
+                    f'width="{across[j + 1] - across[j]}" height="{down[i] - down[i + 1]}" '
                     f'fill-opacity="{strong:.2f}"/>'
                 )
     body.append(f'<rect class="frame" x="{left}" y="{top}" width="{width}" height="{height}"/>')
@@ -115,4 +116,4 @@ def draw_map(
     middle = top + height / 2
     body.append(text(left + width / 2, top + height + 29, x_label, "m"))
     body.append(text(12, middle, y_label, "m", f' transform="rotate(-90 12 {middle:.0f})"'))
-    return svg(title, description, "".join(body), left + width + 8, top + height + 34)
+    return svg(title, description, "".join(body), left + width + 18, top + height + 34)

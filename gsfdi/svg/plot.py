@@ -213,7 +213,7 @@ def text(x: float, y: float, words: str, classes: str = "", extra: str = "") -> 
 def frame(plot: Plot, across: Axis, tall: Axis, x_name: str, y_name: str) -> Iterator[str]:
     """Draw grid lines, tick labels and axis names."""
     bottom = plot.height - BOTTOM
-    places, labels = tall.ticks(max(2, round((bottom - TOP) / 34)))
+    places, labels = tall.ticks(max(3, round((bottom - TOP) / 30)))
     yield '<path class="grid" d="' + "".join(f"M{LEFT} {y:.1f}H{WIDTH - RIGHT}" for y in places) + '"/>'
     yield "".join(text(LEFT - 5, y + 4, name, "e") for y, name in zip(places, labels, strict=True))
     places, labels = across.ticks(8)

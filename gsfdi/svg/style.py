@@ -24,7 +24,8 @@ PLOT_STYLE += "".join(
 )
 PLOT_STYLE += """\
 .plot .ln.command{stroke-dasharray:8 3}.plot .ln.before{stroke-dasharray:5 3;stroke-width:1.5}
-.plot .ln.after{stroke-width:1.9}
+.plot .ln.after{stroke-width:1.5}.plot .ln.quiet{stroke-width:4.5;stroke-opacity:.45}
+.plot .up,.plot .down{shape-rendering:crispEdges;stroke:none}
 .plot .rb{fill-opacity:.22}.plot .span{fill:var(--alarm);fill-opacity:.1}
 .plot .level{stroke:var(--alarm);stroke-width:1.2;stroke-dasharray:7 4}
 .plot .instant{stroke:var(--alarm);stroke-width:1.6;stroke-dasharray:2 3}

@@ -1,0 +1,43 @@
+"""What a published name means: ``motor_current_a`` is the motor current in amperes."""
+
+from gsfdi.channels import CHANNEL_OF_COLUMN, CHANNELS
+
+SUFFIXES = {
+    "nms2_rad2": "N m s²/rad²",
+    "nms_rad": "N m s/rad",
+    "nm_rad": "N m/rad",
+    "kg_m2": "kg m²",
+    "per_rad2": "1/rad²",
+    "per_degc": "1/°C",
+    "per_s": "1/s",
+    "rad_s2": "rad/s²",
+    "rad_s": "rad/s",
+    "m_s2": "m/s²",
+    "m_s": "m/s",
+    "rad": "rad",
+    "nm": "N m",
+    "hz": "Hz",
+    "a": "A",
+    "c": "°C",
+    "n": "N",
+    "m": "m",
+    "s": "s",
+}
+"""Unit that the end of a name stands for; longer ends first."""
+
+
+def quantity(name: str) -> tuple[str, str]:
+    """Split a published name into its words and its unit.
+
+    Examples
+    --------
+    >>> quantity("motor_current_a"), quantity("half_width_rad"), quantity("ratio"), quantity("coefficient_nms_rad")
+    (('motor current', 'A'), ('half width', 'rad'), ('ratio', ''), ('coefficient', 'N m s/rad'))
+    """
+    channel, axis = CHANNEL_OF_COLUMN.get(name, (None, None))
+    if channel is not None:
+        return CHANNELS[channel].name.replace("_", " "), CHANNELS[channel].unit(axis or "rotary")
+    for suffix, unit in SUFFIXES.items():
+        if name.endswith("_" + suffix):
+            return name.removesuffix("_" + suffix).replace("_", " "), unit
+    return name.replace("_", " "), ""
