@@ -26,6 +26,10 @@ class GsfdiError(Exception):
         self.subject, self.what, self.mend = str(subject), what, mend
         super().__init__(one_line(f"{subject}: {what}" + (f"; {mend}" if mend else "")))
 
+    def __reduce__(self) -> tuple[type["GsfdiError"], tuple[str, str, str]]:
+        """Pickle by the three parts, so that a worker process can raise it here."""
+        return type(self), (self.subject, self.what, self.mend)
+
 
 class UnusableInputError(GsfdiError):
     """A file, call or configuration that cannot be used as it is."""

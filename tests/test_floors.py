@@ -12,7 +12,11 @@ GROUND = (
     "errors",
     "channels",
     "types",
+    "mapping",
+    "canonical",
+    "wire",
     "registry",
+    "svg",
     "joint",
     "subspace",
     "quality",
@@ -23,7 +27,7 @@ GROUND = (
 )
 SHELVES = ("readers", "terms", "detectors", "reports")
 STAGES = ("store", "ingest", "baseline", "diagnosis", "prognosis", "simulate", "fit", "reconcile", "proof")
-TOP = ("config", "workers", "pipeline", "nightly", "cli", "__main__")
+TOP = ("config", "console", "workers", "overview", "pipeline", "nightly", "cli", "__main__")
 FLOORS = (GROUND, SHELVES, STAGES, TOP)
 FLOOR = {name: height for height, rooms in enumerate(FLOORS) for name in rooms}
 

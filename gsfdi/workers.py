@@ -1,0 +1,122 @@
+"""Hands independent pieces of work, a joint each, to processes or to a Dask cluster; results come back in order."""
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+from gsfdi.errors import UnusableInputError
+
+A = TypeVar("A")
+R = TypeVar("R")
+
+
+class Report(Protocol):
+    """What is told how far the work has come."""
+
+    def __call__(self, done: int, total: int, what: str) -> None:
+        """Take `done` pieces of `total`, and what is going on."""
+
+
+def silent(done: int, total: int, what: str) -> None:
+    """Tell nobody."""
+
+
+@dataclass(frozen=True, slots=True)
+class Crew:
+    """Who does the work.
+
+    Parameters
+    ----------
+    jobs : int, optional
+        At most this many processes; by default as many as there are processors for this one.
+    scheduler : str, optional
+        Address of a running Dask cluster, which then does it all.
+    """
+
+    jobs: int | None = None
+    scheduler: str | None = None
+
+    @property
+    def size(self) -> int:
+        """How many processes at most."""
+        return self.jobs or available()
+
+
+ALONE = Crew(jobs=1)
+"""This process and no other."""
+
+
+def available() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def each(
+    work: Callable[[A], R], pieces: Sequence[A], crew: Crew = ALONE, report: Report = silent, what: str = "joints"
+) -> list[R]:
+    """Apply `work` to every piece.
+
+    Parameters
+    ----------
+    work : callable
+        A function of one piece that other processes can import.
+    pieces : sequence
+        What to work on.
+    crew : Crew
+        Who does it; this process alone by default.
+    report : callable
+        Told after every finished piece.
+    what : str
+        What is going on, for `report`.
+
+    Returns
+    -------
+    list
+        The results, in the order of `pieces`.
+    """
+    report(0, len(pieces), what)
+    if not crew.scheduler and min(crew.size, len(pieces)) < 2:
+        results = []
+        for done, piece in enumerate(pieces, start=1):
+            results.append(work(piece))
+            report(done, len(pieces), what)
+        return results
+    with _cluster(crew.scheduler) if crew.scheduler else _pool(min(crew.size, len(pieces))) as (submit, finished):
+        futures = [submit(work, piece) for piece in pieces]
+        for done, _ in enumerate(finished(futures), start=1):
+            report(done, len(pieces), what)
+        return [future.result() for future in futures]
+
+
+@contextmanager
+def _pool(size: int) -> Iterator[tuple[Callable[..., Future[Any]], Callable[..., Any]]]:
+    # A fork of a process that has started Arrow's or numba's threads can hang, so a clean server forks instead.
+    methods = multiprocessing.get_all_start_methods()
+    context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
+    if "forkserver" in methods:
+        context.set_forkserver_preload(["gsfdi.pipeline"])
+    pool = ProcessPoolExecutor(size, mp_context=context)
+    try:
+        yield pool.submit, as_completed
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[tuple[Callable[..., Any], Callable[..., Any]]]:
+    try:
+        import distributed
+    except ImportError as error:
+        raise UnusableInputError("--scheduler", "Dask is not installed", "pip install 'gsfdi[dask]'") from error
+    try:
+        client = distributed.Client(address, timeout=10)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise UnusableInputError(address, f"no Dask scheduler answers there ({error})", "check the address") from error
+    try:
+        yield client.submit, distributed.as_completed
+    finally:
+        client.close()
