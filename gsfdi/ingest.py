@@ -1,0 +1,361 @@
+"""Paths in, `Batch` out: which files, which reader, and what of their content may be believed."""
+
+import glob
+import hashlib
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gsfdi import quality
+from gsfdi.errors import GsfdiError, UnusableInputError
+from gsfdi.mapping import Mapping, load_mapping
+from gsfdi.readers import Reader
+from gsfdi.registry import shelf
+from gsfdi.types import Array, Batch, JointRecord, Problem
+from gsfdi.wire import Columns, Key, Stamps
+
+__all__ = ["describe", "gather", "load_mapping", "read", "stream", "summary"]
+
+PIECE = 4_000_000
+"""Values held before `stream` hands a piece on."""
+HEAD = 1 << 16
+_BASES = ("position", "joint_velocity", "motor_velocity", "motor_current", "drive_torque", "setpoint")
+"""Channels whose clock a record keeps, the first that is there."""
+STALE = 5.0
+"""A held value older than this many of its own spacings is no longer believed."""
+
+
+def gather(sources: Sequence[str]) -> list[Path]:
+    """Name the files that files, folders and globs stand for.
+
+    Parameters
+    ----------
+    sources : sequence of str
+
+    Returns
+    -------
+    list of Path
+        Each once, sorted within a source. Of a folder only what a reader knows.
+
+    Raises
+    ------
+    UnusableInputError
+        A source stands for nothing.
+    """
+    found: dict[Path, None] = {}
+    for source in sources:
+        path = Path(source)
+        if path.is_dir():
+            files = sorted(p for p in path.rglob("*") if p.is_file() and not _hidden(p, path) and _reader(p))
+        elif path.exists():
+            files = [path]
+        else:
+            files = sorted(Path(name) for name in glob.glob(source, recursive=True) if Path(name).is_file())
+        if not files:
+            what = "holds no MCAP, Parquet or CSV" if path.is_dir() else "does not exist"
+            raise UnusableInputError(source, what, "name a recording, a folder of them or a glob")
+        found |= dict.fromkeys(files)
+    return list(found)
+
+
+def read(paths: Iterable[Path | str], mappings: Sequence[Mapping] = (), joints: Sequence[str] = ()) -> Batch:
+    """Read recordings whole.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+    mappings : sequence of Mapping
+    joints : sequence of str
+        Joints wanted; all if empty.
+
+    Returns
+    -------
+    Batch
+        A record per file, robot and joint, and everything left out and why. A file that cannot be used is a problem
+        of the batch; the others are read all the same.
+    """
+    records: list[JointRecord] = []
+    problems: list[Problem] = []
+    for path in paths:
+        whole = Batch(())
+        for piece in _file(Path(path), mappings, joints, piece=None):
+            whole = piece
+        records += whole.records
+        problems += whole.problems
+    return Batch(tuple(records), tuple(problems))
+
+
+def stream(
+    paths: Iterable[Path | str], mappings: Sequence[Mapping] = (), joints: Sequence[str] = (), piece: int = PIECE
+) -> Iterator[Batch]:
+    """Read recordings of any length piece by piece.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+    mappings : sequence of Mapping
+    joints : sequence of str
+        Joints wanted; all if empty.
+    piece : int
+        Values held at most before a piece is handed on.
+
+    Yields
+    ------
+    Batch
+        Consecutive stretches; the last of a file carries its problems.
+    """
+    for path in paths:
+        yield from _file(Path(path), mappings, joints, piece)
+
+
+def describe(path: Path | str, mappings: Sequence[Mapping] = ()) -> dict[str, object]:
+    """Say what a file holds and how it would be read, without reading it all.
+
+    Parameters
+    ----------
+    path : Path
+    mappings : sequence of Mapping
+    """
+    path = Path(path)
+    reader = _reader(path)
+    if reader is None:
+        raise UnusableInputError(path, _unknown(path), "give MCAP, Parquet or CSV")
+    return {"path": str(path), "bytes": path.stat().st_size, **reader.describe(path, mappings)}
+
+
+def summary(records: Iterable[JointRecord]) -> list[dict[str, object]]:
+    """One row per robot and joint: records, rate, span, gaps, and what was masked.
+
+    Parameters
+    ----------
+    records : iterable of JointRecord
+    """
+    groups: dict[tuple[str, str], list[JointRecord]] = defaultdict(list)
+    for record in records:
+        groups[record.robot, record.joint].append(record)
+    rows = []
+    for (robot, joint), group in sorted(groups.items()):
+        clocks = [record.quality.get("time", {}) for record in group]
+        masked: dict[str, dict[str, float]] = {}
+        for record in group:
+            for channel, counts in record.quality.items():
+                if channel != "time":
+                    total = masked.setdefault(channel, {})
+                    for kind, count in counts.items():
+                        if count:
+                            total[kind] = total.get(kind, 0.0) + count
+        lost: dict[str, float] = {}
+        for clock in clocks:
+            for kind, count in clock.items():
+                if kind not in _CLOCK and count:
+                    lost[kind] = lost.get(kind, 0.0) + count
+        rows.append(
+            {
+                "robot": robot,
+                "joint": joint,
+                "records": len(group),
+                "samples": sum(len(record.t) for record in group),
+                "span_s": sum(float(record.t[-1] - record.t[0]) for record in group if len(record.t)),
+                "rate_hz": float(np.median([clock.get("rate_hz", 0.0) for clock in clocks])),
+                "gaps": int(sum(clock.get("gaps", 0.0) for clock in clocks)),
+                "longest_gap_s": max(clock.get("longest_gap_s", 0.0) for clock in clocks),
+                "channels": sorted({channel for record in group for channel in record.channels}),
+                "left_out": lost,
+                "masked": masked,
+            }
+        )
+    return rows
+
+
+_CLOCK = ("samples", "span_s", "rate_hz", "gaps", "longest_gap_s")
+
+
+@dataclass(slots=True)
+class _Held:
+    """Blocks of a file that have been read but not yet handed on."""
+
+    blocks: dict[tuple[str, str], list[tuple[str, Stamps, dict[Key, Array]]]]
+    faults: dict[str, int]
+    size: int = 0
+
+
+def _file(path: Path, mappings: Sequence[Mapping], joints: Sequence[str], piece: int | None) -> Iterator[Batch]:
+    """Pieces of one file; a file that cannot be used is a batch of one problem."""
+    problems: list[Problem] = []
+    any_records = False
+    try:
+        reader = _reader(path)
+        if reader is None:
+            raise UnusableInputError(path, _unknown(path), "give MCAP, Parquet or CSV")
+        sha256 = _sha256(path)
+        ends: dict[tuple[str, str], int] = {}
+        held = _Held(defaultdict(list), {})
+        for item in reader.read(path, mappings):
+            if isinstance(item, Problem):
+                problems.append(item)
+                continue
+            _hold(held, item, joints)
+            if piece is not None and held.size >= piece:
+                records = _records(held, ends, str(path), sha256)
+                any_records |= bool(records)
+                yield Batch(tuple(records))
+                held = _Held(defaultdict(list), {})
+        records = _records(held, ends, str(path), sha256)
+        any_records |= bool(records)
+        if not any_records and not any(p.kind == "unusable" for p in problems):
+            wanted = f" of {', '.join(joints)}" if joints else ""
+            problems.append(
+                Problem(str(path), f"holds no joint telemetry{wanted}", "see what it holds with --dry-run", "left_out")
+            )
+        problems += _timing(records, path)
+        yield Batch(tuple(records), tuple(problems))
+    except GsfdiError as error:
+        yield Batch((), (*problems, Problem(str(path), error.what, error.mend, "unusable")))
+    except OSError as error:
+        yield Batch((), (*problems, Problem(str(path), f"cannot be read: {error.strerror or error}", "", "unusable")))
+
+
+def _hold(held: _Held, item: Columns, joints: Sequence[str]) -> None:
+    by_joint: dict[tuple[str, str], dict[Key, Array]] = defaultdict(dict)
+    for key, values in item.values.items():
+        if not joints or key.joint in joints:
+            by_joint[key.robot, key.joint][key] = values
+            held.size += len(values)
+    for joint, columns in by_joint.items():
+        held.blocks[joint].append((item.origin, item.time_ns, columns))
+    for kind, count in item.faults.items():
+        held.faults[kind] = held.faults.get(kind, 0) + count
+
+
+def _records(held: _Held, ends: dict[tuple[str, str], int], source: str, sha256: str) -> list[JointRecord]:
+    records = []
+    for (robot, joint), blocks in held.blocks.items():
+        record = _record(robot, joint, blocks, ends.get((robot, joint)), held.faults, source, sha256)
+        if record is not None:
+            ends[robot, joint] = record.t0_ns + round(float(record.t[-1]) * 1e9)
+            records.append(record)
+    return records
+
+
+@dataclass(frozen=True, slots=True)
+class _Series:
+    """One source's clock and its channels of one joint, with believable stamps."""
+
+    time_ns: Stamps
+    values: dict[str, Array]
+    rank: dict[str, int]
+    counts: dict[str, float]
+
+
+def _record(
+    robot: str,
+    joint: str,
+    blocks: list[tuple[str, Stamps, dict[Key, Array]]],
+    after: int | None,
+    faults: dict[str, int],
+    source: str,
+    sha256: str,
+) -> JointRecord | None:
+    axis = next(iter(blocks[0][2])).axis
+    series = [
+        made for made in (_series(blocks, origin, after) for origin in dict.fromkeys(b[0] for b in blocks)) if made
+    ]
+    if not series:
+        return None
+    base = min(series, key=_worth)
+    channels: dict[str, Array] = {}
+    counts = dict(base.counts)
+    for other in sorted(series, key=lambda each: each is not base):
+        for name, values in other.values.items():
+            if other is base:
+                channels[name] = values
+            elif name not in channels or other.rank[name] < base.rank.get(name, 99):
+                channels[name], stale = _carried(base.time_ns, other.time_ns, values)
+                if stale:
+                    counts[f"stale {name}"] = float(stale)
+    channels = {name: values for name, values in channels.items() if np.isfinite(values).any() or _infinite(values)}
+    if not channels:
+        return None
+    t0 = int(base.time_ns[0])
+    t = (base.time_ns - t0) * 1e-9
+    valid, told = quality.judge(t, channels, axis)
+    told["time"] |= counts | {kind: float(count) for kind, count in faults.items() if count}
+    return JointRecord(robot, joint, t0, t, channels, axis, valid, source, sha256, told)
+
+
+def _infinite(values: Array) -> bool:
+    return bool(np.isinf(values).any())
+
+
+def _worth(series: _Series) -> tuple[int, int]:
+    first = next((i for i, name in enumerate(_BASES) if name in series.values), len(_BASES))
+    return first, series.rank.get(_BASES[first], 0) if first < len(_BASES) else 0
+
+
+def _series(blocks: list[tuple[str, Stamps, dict[Key, Array]]], origin: str, after: int | None) -> _Series | None:
+    own = [(time_ns, columns) for name, time_ns, columns in blocks if name == origin]
+    time_ns = np.concatenate([block for block, _ in own])
+    timed = quality.believable_times(time_ns, after)
+    if not len(timed.rows):
+        return None
+    ranks = {key.channel: key.rank for _, columns in own for key in columns}
+    values = {}
+    for name in ranks:
+        parts = []
+        for block, columns in own:
+            found = [column for key, column in columns.items() if key.channel == name]
+            parts.append(found[0] if found else np.full(len(block), np.nan))
+        values[name] = np.concatenate(parts)[timed.rows]
+    return _Series(time_ns[timed.rows], values, ranks, timed.counts)
+
+
+def _carried(base_ns: Stamps, time_ns: Stamps, values: Array) -> tuple[Array, int]:
+    """Another clock's values at the base's stamps: the newest that is not later, or later by half a spacing at most.
+
+    The allowance lets two publishers of one cycle meet whichever stamps first; a value older than `STALE` of its own
+    spacings is not carried on.
+    """
+    spacings = [float(np.median(np.diff(each))) for each in (base_ns, time_ns) if len(each) > 1]
+    allowance = int(0.5 * min(spacings)) if spacings else 0
+    at = np.searchsorted(time_ns, base_ns + allowance, side="right") - 1
+    there = at >= 0
+    at = np.maximum(at, 0)
+    old = there & (base_ns - time_ns[at] > STALE * max(spacings, default=0.0))
+    return np.where(there & ~old, values[at], np.nan), int(old.sum())
+
+
+def _timing(records: list[JointRecord], path: Path) -> list[Problem]:
+    """Problems of the clock, once per file."""
+    worst: dict[str, float] = {}
+    for record in records:
+        for kind, count in record.quality["time"].items():
+            if kind not in (*_CLOCK, "corrupt_row") and not kind.startswith("stale"):
+                worst[kind] = max(worst.get(kind, 0.0), count)
+    told = ", ".join(f"{int(count)} {kind}" for kind, count in sorted(worst.items()))
+    return [Problem(str(path), f"rows whose time or form cannot be believed were left out: {told}")] if told else []
+
+
+def _reader(path: Path) -> Reader | None:
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+    except OSError as error:
+        raise UnusableInputError(path, f"cannot be read: {error.strerror}", "check its permissions") from error
+    return next((reader for reader in shelf("gsfdi.readers", Reader).values() if reader.sniff(head)), None)
+
+
+def _unknown(path: Path) -> str:
+    size = path.stat().st_size
+    return f"is none of MCAP, Parquet, CSV ({size} bytes)" if size else "is empty"
+
+
+def _hidden(path: Path, root: Path) -> bool:
+    return any(part.startswith((".", "_")) for part in path.relative_to(root).parts)
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

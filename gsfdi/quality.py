@@ -1,0 +1,306 @@
+"""What of a recording may be believed: each check takes numbers and says where they fail it.
+
+Nothing is mended. A value that fails is masked, counted and named; a sample whose *time* cannot be believed has no
+place on the record's axis and is left out, counted under ``"time"``.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gsfdi.channels import Axis
+from gsfdi.types import Array, Mask
+
+_LIMITS: dict[str, float] = {
+    "position": 1e4,
+    "setpoint": 1e4,
+    "setpoint_rate": 1e4,
+    "joint_velocity": 1e4,
+    "motor_velocity": 1e6,
+    "motor_current": 1e5,
+    "motor_current_feedforward": 1e5,
+    "drive_torque": 1e7,
+    "drive_torque_feedforward": 1e7,
+    "temperature": 1e3,
+}
+"""Beyond these no joint of any robot goes (SI)."""
+
+_RESTS = {"setpoint", "setpoint_rate", "motor_current_feedforward", "drive_torque_feedforward", "temperature"}
+"""Channels that may honestly keep one value."""
+
+_DRIVES = {"motor_current", "drive_torque"}
+"""Channels that saturate."""
+
+STUCK_SAMPLES = 25
+STUCK_SECONDS = 0.5
+GAP = 5.0
+"""A pause of more than this many usual spacings is a gap."""
+JUMP_NS = 3_600_000_000_000
+"""Stamps further than this from the bulk of the recording come from a clock that jumped."""
+
+
+def absurd(values: Array, channel: str) -> Mask:
+    """Where a value is infinite or beyond what any joint reaches.
+
+    Parameters
+    ----------
+    values : (n,) array
+    channel : str
+
+    Examples
+    --------
+    >>> absurd(np.array([0.1, 1e165, np.nan]), "position")
+    array([False,  True, False])
+    """
+    with np.errstate(invalid="ignore"):
+        beyond: Mask = np.abs(values) > _LIMITS.get(channel, 1e30)
+    return beyond
+
+
+def spikes(values: Array) -> Mask:
+    """Where a single sample stands far off both of its neighbours, which agree with each other.
+
+    Its distance from their mean is set against the 99th percentile of that distance over the whole channel, so that a
+    noisy channel is judged by its noise; what lasts two samples or more is left to the detectors, since a fault lasts.
+
+    Parameters
+    ----------
+    values : (n,) array
+        NaN where there is no value.
+    """
+    found = np.zeros(len(values), dtype=np.bool_)
+    known = np.flatnonzero(np.isfinite(values))
+    if len(known) < 20:
+        return found
+    course = values[known]
+    course = np.concatenate([course[1:2], course, course[-2:-1]])  # an end has one neighbour, twice
+    off = np.abs(course[1:-1] - 0.5 * (course[:-2] + course[2:]))
+    apart = np.abs(course[2:] - course[:-2])
+    spread = float(np.percentile(off, 99))
+    # A smooth channel has corners; they are no spikes while they are small beside its whole course.
+    span = float(np.percentile(np.abs(course - np.median(course)), 99))
+    found[known[(off > max(10.0 * spread, 1e-2 * span, 1e-9)) & (off > 5.0 * apart)]] = True
+    return found
+
+
+def stuck(values: Array, t: Array) -> Mask:
+    """Where a channel that otherwise always flickers repeats one value for long: its telemetry has frozen.
+
+    Parameters
+    ----------
+    values : (n,) array
+    t : (n,) array
+        Time [s].
+    """
+    n = len(values)
+    found = np.zeros(n, dtype=np.bool_)
+    if n < 4 * STUCK_SAMPLES:
+        return found
+    same = values[1:] == values[:-1]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(np.int8)))
+    first, last = edges[::2], edges[1::2]
+    long = (last - first + 1 >= STUCK_SAMPLES) & (t[last] - t[first] >= STUCK_SECONDS)
+    in_long = int(np.sum((last - first)[long]))
+    others = len(same) - in_long
+    # A coarse or resting channel repeats all the time; only one that never does can be said to have frozen.
+    if not long.any() or others < 2 * STUCK_SAMPLES or np.sum(same) - in_long > 0.05 * others:
+        return found
+    for a, b in zip(first[long], last[long], strict=True):
+        # Zero is what a speed or a drive at rest honestly reads.
+        if values[a] != 0.0:
+            found[a + 1 : b + 1] = True
+    return found
+
+
+def dead(values: Array, channel: str, moves: bool) -> bool:
+    """Whether a channel says one and the same throughout while the joint moves.
+
+    Parameters
+    ----------
+    values : (n,) array
+    channel : str
+    moves : bool
+        Whether another channel shows that the joint moves.
+    """
+    known = values[np.isfinite(values)]
+    return channel not in _RESTS and moves and len(known) >= STUCK_SAMPLES and float(np.ptp(known)) == 0.0
+
+
+def saturated(values: Array) -> int:
+    """Count the samples that sit, three or more in a row, on the channel's own largest or smallest value.
+
+    Parameters
+    ----------
+    values : (n,) array
+    """
+    known = values[np.isfinite(values)]
+    if len(known) < STUCK_SAMPLES or np.ptp(known) == 0.0:
+        return 0
+    count = 0
+    for extreme in (known.max(), known.min()):
+        at = known == extreme
+        if at.sum() < 0.5 * len(known):  # a channel at rest on its extreme is resting
+            inside = at[:-2] & at[1:-1] & at[2:]
+            count += int(np.sum(np.convolve(inside, [1, 1, 1]) > 0))
+    return count
+
+
+class Timed(NamedTuple):
+    """Rows whose stamps can be believed, in order, and what was wrong with the rest."""
+
+    rows: npt.NDArray[np.intp]
+    counts: dict[str, float]
+
+
+def believable_times(time_ns: npt.NDArray[np.int64], after: int | None = None) -> Timed:
+    """Pick the rows whose stamps rise.
+
+    Parameters
+    ----------
+    time_ns : (n,) array of int64
+        Stamps in the order of the file [ns].
+    after : int, optional
+        Stamp that the first row must exceed [ns]: the end of the piece before.
+
+    Returns
+    -------
+    Timed
+        The longest rising choice of rows; the others are counted as ``duplicate`` (the same stamp again),
+        ``out_of_order`` or ``clock_jump`` (far from everything else).
+    """
+    counts: dict[str, float] = {}
+    rows = np.arange(len(time_ns))
+    if len(rows) and after is not None:
+        late = time_ns <= after
+        if late.any():
+            counts["out_of_order"] = float(late.sum())
+            rows = rows[~late]
+    far = _far(time_ns[rows])
+    if far.any():
+        counts["clock_jump"] = float(far.sum())
+        rows = rows[~far]
+    steps = np.diff(time_ns[rows])
+    if (steps < 0).any():
+        chosen = _rising(time_ns[rows])
+        counts["out_of_order"] = counts.get("out_of_order", 0.0) + float(len(rows) - len(chosen))
+        rows = rows[chosen]
+        steps = np.diff(time_ns[rows])
+    again = np.concatenate([[False], steps == 0]) if len(rows) else np.zeros(0, dtype=np.bool_)
+    if again.any():
+        counts["duplicate"] = float(again.sum())
+        rows = rows[~again]
+    return Timed(rows, counts)
+
+
+def _far(time_ns: npt.NDArray[np.int64]) -> Mask:
+    """Stamps in small groups, an hour or more away from the bulk."""
+    if len(time_ns) < 20 or int(time_ns.max()) - int(time_ns.min()) < JUMP_NS:
+        return np.zeros(len(time_ns), dtype=np.bool_)
+    order = np.argsort(time_ns, kind="stable")
+    ranked = time_ns[order].astype(np.float64)
+    group = np.concatenate([[0], np.cumsum(np.diff(ranked) > JUMP_NS)])
+    sizes = np.bincount(group)
+    small = sizes[group] < max(2.0, 0.01 * len(time_ns))
+    far = np.zeros(len(time_ns), dtype=np.bool_)
+    far[order] = small
+    return far
+
+
+def _rising(time_ns: npt.NDArray[np.int64]) -> npt.NDArray[np.intp]:
+    """Rows of the longest choice of stamps that never falls (patience sorting)."""
+    import bisect
+
+    tails: list[int] = []
+    tail_rows: list[int] = []
+    before = np.full(len(time_ns), -1, dtype=np.intp)
+    for row, stamp in enumerate(time_ns.tolist()):
+        place = bisect.bisect_right(tails, stamp)
+        if place == len(tails):
+            tails.append(stamp)
+            tail_rows.append(row)
+        else:
+            tails[place] = stamp
+            tail_rows[place] = row
+        before[row] = tail_rows[place - 1] if place else -1
+    chosen = np.empty(len(tails), dtype=np.intp)
+    row = tail_rows[-1]
+    for place in range(len(tails) - 1, -1, -1):
+        chosen[place] = row
+        row = before[row]
+    return chosen
+
+
+def time_summary(t: Array) -> dict[str, float]:
+    """Rate, span and gaps of a clock.
+
+    Parameters
+    ----------
+    t : (n,) array
+        Time [s], rising.
+    """
+    if len(t) < 2:
+        return {"samples": float(len(t)), "span_s": 0.0, "rate_hz": 0.0, "gaps": 0.0, "longest_gap_s": 0.0}
+    steps = np.diff(t)
+    usual = float(np.median(steps))
+    gaps = steps > GAP * usual
+    return {
+        "samples": float(len(t)),
+        "span_s": float(t[-1] - t[0]),
+        "rate_hz": 1.0 / usual,
+        "gaps": float(gaps.sum()),
+        "longest_gap_s": float(steps.max()) if gaps.any() else 0.0,
+    }
+
+
+def judge(t: Array, channels: Mapping[str, Array], axis: Axis) -> tuple[dict[str, Mask], dict[str, dict[str, float]]]:
+    """Say where each channel may be believed, and count why not.
+
+    Parameters
+    ----------
+    t : (n,) array
+        Time [s].
+    channels : mapping of str to (n,) array
+        As read.
+    axis : {'rotary', 'linear'}
+
+    Returns
+    -------
+    dict of str to (n,) bool array, dict of str to dict of str to float
+        Masks, and counts by channel and kind of defect.
+    """
+    valid: dict[str, Mask] = {}
+    counts: dict[str, dict[str, float]] = {"time": time_summary(t)}
+    clean: dict[str, Array] = {}
+    for name, values in channels.items():
+        missing = np.isnan(values)
+        wild = absurd(values, name)
+        kept = np.where(missing | wild, np.nan, values)
+        lone = spikes(kept)
+        frozen = stuck(np.where(lone, np.nan, kept), t) if name not in _RESTS else np.zeros(len(t), dtype=np.bool_)
+        counts[name] = {
+            "missing": float(missing.sum()),
+            "absurd": float(wild.sum()),
+            "spike": float(lone.sum()),
+            "stuck": float(frozen.sum()),
+            "dead": 0.0,
+            "saturated": float(saturated(kept)) if name in _DRIVES else 0.0,
+        }
+        valid[name] = ~(missing | wild | lone | frozen)
+        clean[name] = np.where(valid[name], values, np.nan)
+    for name in channels:
+        if dead(clean[name], name, _moves(clean, besides=name)):
+            counts[name]["dead"] = float(valid[name].sum())
+            valid[name] = np.zeros(len(t), dtype=np.bool_)
+    return valid, counts
+
+
+def _moves(channels: Mapping[str, Array], besides: str) -> bool:
+    """Whether any other channel of position or speed varies."""
+    for name in ("position", "joint_velocity", "motor_velocity", "setpoint"):
+        if name != besides and name in channels:
+            known = channels[name][np.isfinite(channels[name])]
+            if len(known) and float(np.ptp(known)) > 1e-3:
+                return True
+    return False
