@@ -26,7 +26,19 @@ GROUND = (
     "atomic",
 )
 SHELVES = ("readers", "terms", "detectors", "reports")
-STAGES = ("store", "ingest", "baseline", "diagnosis", "prognosis", "simulate", "fit", "reconcile", "proof")
+STAGES = (
+    "store",
+    "ingest",
+    "baseline",
+    "diagnosis",
+    "prognosis",
+    "packed",
+    "drive",
+    "simulate",
+    "fit",
+    "reconcile",
+    "proof",
+)
 TOP = ("config", "console", "workers", "overview", "pipeline", "nightly", "cli", "__main__")
 FLOORS = (GROUND, SHELVES, STAGES, TOP)
 FLOOR = {name: height for height, rooms in enumerate(FLOORS) for name in rooms}

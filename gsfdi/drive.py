@@ -1,0 +1,188 @@
+"""What drives a replay: the recorded command and measurements, the clock they make, and where the joint starts."""
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gsfdi.errors import UnusableInputError
+from gsfdi.model import JointModel
+from gsfdi.replay import Clock
+from gsfdi.types import Array, JointRecord, frozen
+
+REGULAR = 1e-3  # share of a period within which jittering stamps count as regular
+START_WINDOW = 8  # samples from which the starting motion is taken
+
+
+class Signals(NamedTuple):
+    """What a recording holds for a replay; all (n,), NaN where unknown.
+
+    Time [s] from the start of the recording; the command; what was measured; `velocity` is the motor's, the joint's if
+    the model is rigid; temperature [degC], 20 where unknown.
+    """
+
+    t: Array
+    setpoint: Array
+    setpoint_rate: Array
+    feedforward: Array
+    effort: Array
+    position: Array
+    velocity: Array
+    temperature: Array
+
+
+class Start(NamedTuple):
+    """How a recording begins: joint angle and speed, motor speed (reflected), torque in the spring, integral part."""
+
+    angle: float
+    speed: float
+    motor_speed: float
+    spring_torque: float
+    integral: float
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What drives a replay: signals, where the joint starts, and the events of the kernel at the controller's rate."""
+
+    signals: Signals
+    start: Start
+    clock: Clock = field(repr=False)
+
+    @property
+    def t(self) -> Array:
+        """Time of the samples (n,) [s]."""
+        return self.signals.t
+
+    def starting_at(self, start: Start) -> "Drive":
+        """Give the same drive from another start."""
+        return replace(self, start=start)
+
+
+def drive_of(record: JointRecord, model: JointModel) -> Drive:
+    """Take from `record` what a replay of `model` needs."""
+    t = record.t
+    if t.size < 3:
+        raise UnusableInputError(f"joint {record.joint}", f"{t.size} samples cannot be replayed", "give a longer one")
+
+    def channel(name: str) -> Array:
+        return record[name] if name in record else np.full(t.size, np.nan)
+
+    setpoint = filled(t, channel("setpoint"))
+    rate = filled(t, channel("setpoint_rate"))
+    if not np.isfinite(rate).any() and np.isfinite(setpoint).any():
+        rate = np.gradient(setpoint, t + 1e-12 * np.arange(t.size))  # stamps may repeat
+    signals = Signals(
+        t=t,
+        setpoint=setpoint,
+        setpoint_rate=rate,
+        feedforward=np.nan_to_num(channel(f"{record.effort}_feedforward")),
+        effort=channel(record.effort),
+        position=channel("position"),
+        velocity=measured_velocity(record, model),
+        temperature=np.nan_to_num(filled(t, channel("temperature")), nan=20.0),
+    )
+    return drive_from(signals, model)
+
+
+def drive_from(signals: Signals, model: JointModel, start: Start | None = None) -> Drive:
+    """Build a drive from signals; without `start` from how their first samples move."""
+    signals = Signals(*(frozen(values) for values in signals))
+    period = 1.0 / model.controller.sample_rate if model.controller else None
+    return Drive(signals, start or start_of(signals, model), clock_of(signals, period))
+
+
+def measured_velocity(record: JointRecord, model: JointModel) -> Array:
+    """Measured speed that the model senses: the motor's, or the joint's when rigid."""
+    if model.structure == "flexible" and "motor_velocity" in record:
+        return record["motor_velocity"]
+    if model.structure == "rigid" and "joint_velocity" in record:
+        return record["joint_velocity"]
+    if model.structure == "rigid" and "motor_velocity" in record:
+        return record["motor_velocity"] / model.plant.gear_ratio
+    return np.full(record.t.size, np.nan)
+
+
+def filled(t: Array, values: Array) -> Array:
+    """`values` with NaN replaced by interpolation over time; all NaN stays so."""
+    good = np.isfinite(values)
+    if good.all() or not good.any():
+        return values
+    return np.asarray(np.interp(t, t[good], values[good]), dtype=np.float64)
+
+
+def regular(t: Array) -> Array:
+    """Stamps on an even grid where they only jitter by less than `REGULAR` of a period, else as they are."""
+    grid = np.linspace(t[0], t[-1], t.size)
+    period = (t[-1] - t[0]) / (t.size - 1)
+    return grid if np.max(np.abs(grid - t)) <= REGULAR * period else t
+
+
+def clock_of(signals: Signals, period: float | None) -> Clock:
+    """Lay out the events: recorded samples, and the controller's ticks between them.
+
+    A recording no faster than the controller holds every so-manyeth tick: a step of k periods has k ticks, locked to
+    the samples. In a faster one the controller acts on the first sample after each of its periods has passed.
+    """
+    t = regular(signals.t)
+    steps = np.diff(t)
+    ticks = np.ones(steps.size, dtype=np.int64)  # from one sample to the next
+    if period is not None and np.median(steps) >= 0.75 * period:
+        ticks = np.maximum(1, np.rint(steps / period)).astype(np.int64)
+    at = np.concatenate([[0], np.cumsum(ticks)])
+    events = at[-1] + 1
+    time = np.interp(np.arange(events), at, t)
+    record = np.full(events, -1, dtype=np.int64)
+    record[at] = np.arange(t.size)
+    tick = np.full(events, period is not None)
+    if period is not None and np.median(steps) < 0.75 * period:
+        tick = np.diff(np.floor((t - t[0]) / period + 0.01), prepend=-1.0) > 0
+    before = np.maximum.accumulate(record)  # sample that an event follows
+    return Clock(
+        time=time,
+        tick=tick,
+        record=record,
+        restart=np.full(events, -1, dtype=np.int64),
+        setpoint=np.interp(time, t, signals.setpoint),
+        rate=np.interp(time, t, signals.setpoint_rate),
+        feedforward=signals.feedforward[before],
+        effort=signals.effort[before],
+        position=np.where(record >= 0, signals.position[before], np.nan),
+        velocity=np.where(record >= 0, signals.velocity[before], np.nan),
+        temperature=np.interp(time, t, signals.temperature),
+        noise=np.empty((0, 2)),
+        resolution=np.zeros(2),
+    )
+
+
+def start_of(signals: Signals, model: JointModel) -> Start:
+    """How the recording begins: a parabola through its first samples, and what the law of the controller leaves."""
+    first = Signals(*(values[:START_WINDOW] for values in signals))
+    dt = first.t - first.t[0]
+    angle, speed, bend = float(np.nan_to_num(first.setpoint[0])), float(np.nan_to_num(first.setpoint_rate[0])), 0.0
+    good = np.isfinite(first.position)
+    if good.sum() >= 3 and dt[good][-1] > 0:
+        bend, speed, angle = (float(value) for value in np.polyfit(dt[good], first.position[good], 2))
+    moving = np.isfinite(first.velocity)
+    if moving.sum() >= 3 and dt[moving][-1] > 0:
+        ratio = 1.0 if model.structure == "rigid" else model.plant.gear_ratio
+        accel, speed = (float(value) / ratio for value in np.polyfit(dt[moving], first.velocity[moving], 1))
+        bend = 0.5 * accel
+    spring = -(2.0 * bend * model.plant.output_inertia + model.plant.damping * speed)
+    return Start(angle, speed, speed, spring, integral_of(first, model))
+
+
+def integral_of(first: Signals, model: JointModel) -> float:
+    """Integral part of the controller at the first sample: what its law leaves of the recorded effort."""
+    law = model.controller
+    if law is None or law.integral == 0.0:
+        return 0.0
+    error = first.setpoint - first.position
+    speed = first.velocity / (1.0 if model.structure == "rigid" else model.plant.gear_ratio)
+    if not np.isfinite(speed).any():
+        speed = np.gradient(first.position, first.t + 1e-12 * np.arange(first.t.size))
+    left = first.effort - first.feedforward - law.proportional * error
+    left = left - law.derivative * (law.rate_feedforward * first.setpoint_rate - speed)
+    swept = np.concatenate([[0.0], np.cumsum(0.5 * (error[1:] + error[:-1]) * np.diff(first.t))])
+    parts = left - law.integral * swept
+    return float(np.nanmean(parts)) if np.isfinite(parts).any() else 0.0

@@ -1,0 +1,33 @@
+"""Actuation delay: the torque comes later than the logged current."""
+
+from gsfdi.motion import Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def delay(m: Array, p: Array, s: Array) -> float:
+    """Give the delay itself."""
+    return p[0]
+
+
+TERM = PhysicsTerm(
+    name="actuation_delay",
+    component="motor",
+    meaning="torque follows the commanded current with a delay",
+    maintenance="check the bus load and the drive's cycle time",
+    place="delay",
+    law=delay,
+    params=(
+        Param(
+            "delay_s",
+            "s",
+            "time from commanded current to torque",
+            start=0.005,
+            low=0.0,
+            high=1.0,
+            typical=0.005,
+            neutral=0.0,
+        ),
+    ),
+    source="K. J. Åström and B. Wittenmark, Computer-Controlled Systems (1997), sec. 2.3",
+    signature=("balance", "timing"),
+)

@@ -1,0 +1,46 @@
+"""Asymmetric friction: one direction of motion costs more than the other."""
+
+from gsfdi.motion import DIRECTION, SPEED, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def level(m: Array, p: Array, s: Array) -> float:
+    """Give half the difference, added in positive and taken away in negative motion."""
+    return 0.5 * m[DIRECTION] * (p[0] + p[1] * abs(m[SPEED]))
+
+
+TERM = PhysicsTerm(
+    name="asymmetric_friction",
+    component="friction",
+    meaning="friction differs between the directions of motion",
+    maintenance="inspect for one-sided wear, a bent screw or preload on one flank",
+    place="dry",
+    law=level,
+    params=(
+        Param(
+            "difference_nm",
+            "N m",
+            "dry friction in positive less that in negative motion",
+            start=1.0,
+            low=-1e5,
+            high=1e5,
+            typical=1.0,
+            neutral=0.0,
+            linear=True,
+        ),
+        Param(
+            "difference_nms_rad",
+            "N m s/rad",
+            "viscous coefficient in positive less that in negative motion",
+            start=0.0,
+            low=-1e6,
+            high=1e6,
+            typical=10.0,
+            neutral=0.0,
+            linear=True,
+        ),
+    ),
+    source="A. Janot, M. Gautier and M. Brunot, Data set and reference models of EMPS (2019), eq. 12",
+    signature=("balance",),
+    sides=("motor", "output"),
+)

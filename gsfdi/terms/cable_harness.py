@@ -1,0 +1,39 @@
+"""Cable harness: a soft spring across the joint."""
+
+from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def torque(m: Array, p: Array, s: Array) -> float:
+    """Give k (θ - rest)."""
+    return p[0] * (m[JOINT_ANGLE] - p[1])
+
+
+TERM = PhysicsTerm(
+    name="cable_harness",
+    component="link",
+    meaning="the cable harness pulls the joint towards a rest angle",
+    maintenance="inspect the routing and clamps of the harness",
+    place="torque",
+    law=torque,
+    params=(
+        Param(
+            "stiffness_nm_rad",
+            "N m/rad",
+            "stiffness of the harness",
+            start=10.0,
+            low=0.0,
+            high=1e6,
+            typical=10.0,
+            neutral=0.0,
+            linear=True,
+        ),
+        Param(
+            "rest_rad", "rad", "joint angle at which the harness is slack", start=0.0, low=-1e3, high=1e3, typical=0.5
+        ),
+    ),
+    source="Hooke's law across the joint",
+    signature=("balance", "output"),
+    sides=("output",),
+    stiffness=lambda p: p[0],
+)

@@ -1,0 +1,34 @@
+"""Current gain: the current sensor reads in proportion too much."""
+
+from gsfdi.motion import VALUE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def measured(m: Array, p: Array, s: Array) -> float:
+    """Give ratio i."""
+    return p[0] * m[VALUE]
+
+
+TERM = PhysicsTerm(
+    name="current_gain",
+    component="sensor",
+    meaning="the current sensor's scale is wrong",
+    maintenance="calibrate the scale of the current sensor",
+    place="current_sensor",
+    law=measured,
+    params=(
+        Param(
+            "ratio",
+            "1",
+            "reading over current",
+            start=1.02,
+            low=0.01,
+            high=100.0,
+            typical=0.02,
+            neutral=1.0,
+            linear=True,
+        ),
+    ),
+    source="multiplicative sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.9",
+    signature=("redundancy", "proportional"),
+)

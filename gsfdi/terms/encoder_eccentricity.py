@@ -1,0 +1,30 @@
+"""Encoder eccentricity: a disc off its centre reads too much and too little over a turn of the joint."""
+
+import math
+
+from gsfdi.motion import JOINT_ANGLE, VALUE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def measured(m: Array, p: Array, s: Array) -> float:
+    """Give y + a sin(n θ + phase)."""
+    return m[VALUE] + p[0] * math.sin(p[1] * m[JOINT_ANGLE] + p[2])
+
+
+TERM = PhysicsTerm(
+    name="encoder_eccentricity",
+    component="sensor",
+    meaning="the position sensor's disc is off its centre",
+    maintenance="realign or replace the position sensor",
+    place="position_sensor",
+    law=measured,
+    params=(
+        Param(
+            "amplitude_rad", "rad", "amplitude", start=1e-4, low=0.0, high=1.0, typical=1e-4, neutral=0.0, linear=True
+        ),
+        Param("order", "1/rev", "periods per revolution of the joint", start=1.0, low=0.05, high=5000.0, typical=1.0),
+        Param("phase_rad", "rad", "phase at joint angle zero", start=0.0, low=-math.pi, high=math.pi, typical=1.0),
+    ),
+    source="the paper's sensor eccentricity; J. R. R. Mayer, IEEE Trans. Ind. Electron. 41 (1994), eq. 5",
+    signature=("redundancy",),
+)

@@ -1,0 +1,47 @@
+"""Gravity on an unbalanced link: a torque that follows the joint angle."""
+
+import math
+
+from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def torque(m: Array, p: Array, s: Array) -> float:
+    """Give g sin(θ - angle) resists."""
+    return p[0] * math.sin(m[JOINT_ANGLE] - p[1])
+
+
+TERM = PhysicsTerm(
+    name="gravity_unbalance",
+    component="link",
+    meaning="an unbalanced weight acts on the joint",
+    maintenance="balance the link, or declare the payload",
+    place="torque",
+    law=torque,
+    params=(
+        Param(
+            "torque_nm",
+            "N m",
+            "torque with the weight held out level",
+            start=10.0,
+            low=0.0,
+            high=1e6,
+            typical=10.0,
+            neutral=0.0,
+            linear=True,
+        ),
+        Param(
+            "angle_rad",
+            "rad",
+            "joint angle at which the weight hangs at rest",
+            start=0.0,
+            low=-math.pi,
+            high=math.pi,
+            typical=1.0,
+        ),
+    ),
+    source="B. Siciliano et al., Robotics (2009), eq. 7.42 for one joint",
+    signature=("balance", "output"),
+    sides=("output",),
+    stiffness=lambda p: p[0],
+)

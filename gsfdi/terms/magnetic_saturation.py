@@ -1,0 +1,27 @@
+"""Magnetic saturation: more current gives ever less torque."""
+
+import math
+
+from gsfdi.motion import CURRENT, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def factor(m: Array, p: Array, s: Array) -> float:
+    """Give tanh(x) / x with x the current over the saturation current."""
+    x = abs(m[CURRENT]) / p[0]
+    return 1.0 - x * x / 3.0 if x < 1e-4 else math.tanh(x) / x
+
+
+TERM = PhysicsTerm(
+    name="magnetic_saturation",
+    component="motor",
+    meaning="the motor's iron saturates, so that large currents give too little torque",
+    maintenance="keep peak currents below saturation, or fit a larger motor",
+    place="torque_constant",
+    law=factor,
+    params=(
+        Param("current_a", "A", "current at which the torque levels off", start=20.0, low=1e-6, high=1e6, typical=20.0),
+    ),
+    source="P. C. Krause et al., Analysis of Electric Machinery (2013); the curve is ours",
+    signature=("balance", "proportional"),
+)

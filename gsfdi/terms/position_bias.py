@@ -1,0 +1,26 @@
+"""Position bias: the joint's sensor reads a constant too much."""
+
+from gsfdi.motion import VALUE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def measured(m: Array, p: Array, s: Array) -> float:
+    """Give y + bias."""
+    return m[VALUE] + p[0]
+
+
+TERM = PhysicsTerm(
+    name="position_bias",
+    component="sensor",
+    meaning="the position sensor has an offset",
+    maintenance="calibrate the zero of the position sensor",
+    place="position_sensor",
+    law=measured,
+    params=(
+        Param(
+            "bias_rad", "rad", "what is added", start=1e-3, low=-10.0, high=10.0, typical=1e-3, neutral=0.0, linear=True
+        ),
+    ),
+    source="additive sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.8; the paper's sensor bias",
+    signature=("redundancy",),
+)

@@ -1,0 +1,41 @@
+"""Position-dependent friction: a tight spot around one joint angle."""
+
+import math
+
+from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def level(m: Array, p: Array, s: Array) -> float:
+    """Give f exp(-((θ - centre) / width)² / 2)."""
+    x = (m[JOINT_ANGLE] - p[1]) / p[2]
+    return p[0] * math.exp(-0.5 * min(x * x, 1400.0))
+
+
+TERM = PhysicsTerm(
+    name="position_dependent_friction",
+    component="friction",
+    meaning="friction is greater around one joint angle",
+    maintenance="inspect the bearing race or tooth at that angle",
+    place="dry",
+    law=level,
+    params=(
+        Param(
+            "torque_nm",
+            "N m",
+            "friction at the centre of the spot",
+            start=2.0,
+            low=0.0,
+            high=1e5,
+            typical=2.0,
+            neutral=0.0,
+            linear=True,
+        ),
+        Param("centre_rad", "rad", "joint angle of the spot", start=0.0, low=-1e3, high=1e3, typical=0.5),
+        Param("width_rad", "rad", "standard deviation of the spot", start=0.1, low=1e-5, high=1e3, typical=0.1),
+    ),
+    source="B. Armstrong, Control of Machines with Friction (1991), sec. 3.3; the Gaussian shape is ours",
+    signature=("balance",),
+    sides=("motor", "output"),
+    dissipative=True,
+)

@@ -1,0 +1,34 @@
+"""Position gain: the joint's sensor reads in proportion too much."""
+
+from gsfdi.motion import VALUE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def measured(m: Array, p: Array, s: Array) -> float:
+    """Give ratio y."""
+    return p[0] * m[VALUE]
+
+
+TERM = PhysicsTerm(
+    name="position_gain",
+    component="sensor",
+    meaning="the position sensor's scale is wrong",
+    maintenance="calibrate the scale of the position sensor",
+    place="position_sensor",
+    law=measured,
+    params=(
+        Param(
+            "ratio",
+            "1",
+            "reading over joint angle",
+            start=1.01,
+            low=0.01,
+            high=100.0,
+            typical=0.01,
+            neutral=1.0,
+            linear=True,
+        ),
+    ),
+    source="multiplicative sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.9; the paper's sensor gain",
+    signature=("redundancy", "output"),
+)

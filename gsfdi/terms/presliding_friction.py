@@ -1,0 +1,45 @@
+"""Presliding friction: below sliding, bristles bend like a spring with hysteresis (Dahl)."""
+
+import math
+
+from gsfdi.motion import ANGLE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def torque(m: Array, p: Array, s: Array) -> float:
+    """Give f z with dz/dx = (σ/F) (1 - z sgn dx), solved exactly over each move."""
+    if math.isnan(s[0]):
+        s[0], s[1] = 0.0, m[ANGLE]
+    move = (m[ANGLE] - s[1]) * p[1] / max(p[0], 1e-12)
+    s[1] = m[ANGLE]
+    toward = 1.0 if move > 0.0 else -1.0
+    s[0] = toward + (s[0] - toward) * math.exp(-min(abs(move), 700.0))
+    return p[0] * s[0]
+
+
+TERM = PhysicsTerm(
+    name="presliding_friction",
+    component="friction",
+    meaning="friction that yields elastically before it slides",
+    maintenance="inspect bearing preload and seals",
+    place="torque",
+    law=torque,
+    params=(
+        Param("torque_nm", "N m", "friction torque in sliding", start=2.0, low=0.0, high=1e5, typical=2.0, neutral=0.0),
+        Param(
+            "stiffness_nm_rad",
+            "N m/rad",
+            "stiffness of the bristles at reversal",
+            start=1e4,
+            low=1e-3,
+            high=1e9,
+            typical=1e4,
+        ),
+    ),
+    source="P. R. Dahl, A solid friction model, Aerospace Corp. TOR-0158 (1968), eq. 2 with exponent 1",
+    signature=("balance",),
+    sides=("motor", "output"),
+    dissipative=True,
+    memory=True,
+    stiffness=lambda p: p[1],
+)

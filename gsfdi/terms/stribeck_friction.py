@@ -1,0 +1,48 @@
+"""Stribeck friction: more dry friction near standstill, which fades as the lubricant film builds up."""
+
+import math
+
+from gsfdi.motion import SPEED, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def level(m: Array, p: Array, s: Array) -> float:
+    """Give excess exp(-(v / vs)²)."""
+    x = m[SPEED] / p[1]
+    return p[0] * math.exp(-min(x * x, 700.0))
+
+
+TERM = PhysicsTerm(
+    name="stribeck_friction",
+    component="friction",
+    meaning="friction that is greater at low speed: stick-slip",
+    maintenance="relubricate; inspect for boundary wear",
+    place="dry",
+    law=level,
+    params=(
+        Param(
+            "excess_nm",
+            "N m",
+            "friction at rest beyond that at speed",
+            start=2.0,
+            low=0.0,
+            high=1e5,
+            typical=2.0,
+            neutral=0.0,
+            linear=True,
+        ),
+        Param(
+            "velocity_rad_s",
+            "rad/s",
+            "speed at which the excess has faded to 1/e",
+            start=0.005,
+            low=1e-7,
+            high=1e3,
+            typical=0.005,
+        ),
+    ),
+    source="B. Armstrong-Hélouvry et al., Automatica 30 (1994), eq. 6, exponent 2",
+    signature=("balance",),
+    sides=("motor", "output"),
+    dissipative=True,
+)

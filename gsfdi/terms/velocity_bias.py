@@ -1,0 +1,34 @@
+"""Velocity bias: the speed sensor reads a constant too much."""
+
+from gsfdi.motion import VALUE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def measured(m: Array, p: Array, s: Array) -> float:
+    """Give ω + bias."""
+    return m[VALUE] + p[0]
+
+
+TERM = PhysicsTerm(
+    name="velocity_bias",
+    component="sensor",
+    meaning="the speed sensor has an offset",
+    maintenance="calibrate the zero of the speed sensor",
+    place="velocity_sensor",
+    law=measured,
+    params=(
+        Param(
+            "bias_rad_s",
+            "rad/s",
+            "what is added, at the sensor's own axis",
+            start=0.05,
+            low=-1e4,
+            high=1e4,
+            typical=0.05,
+            neutral=0.0,
+            linear=True,
+        ),
+    ),
+    source="additive sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.8",
+    signature=("redundancy",),
+)

@@ -1,0 +1,26 @@
+"""Velocity gain: the speed sensor reads in proportion too much."""
+
+from gsfdi.motion import VALUE, Param, PhysicsTerm
+from gsfdi.types import Array
+
+
+def measured(m: Array, p: Array, s: Array) -> float:
+    """Give ratio ω."""
+    return p[0] * m[VALUE]
+
+
+TERM = PhysicsTerm(
+    name="velocity_gain",
+    component="sensor",
+    meaning="the speed sensor's scale is wrong",
+    maintenance="calibrate the scale of the speed sensor",
+    place="velocity_sensor",
+    law=measured,
+    params=(
+        Param(
+            "ratio", "1", "reading over speed", start=1.02, low=0.01, high=100.0, typical=0.02, neutral=1.0, linear=True
+        ),
+    ),
+    source="multiplicative sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.9",
+    signature=("redundancy",),
+)
