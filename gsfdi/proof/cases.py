@@ -1,0 +1,372 @@
+"""Cases: a joint, what acts in it, a motion, and the two files a tool is given of it; the truth is kept apart."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from gsfdi.proof import motions
+from gsfdi.proof.kinds import KINDS, PARAMETERS, SIZES, Kind, Scales, equivalents, faulty_controller
+from gsfdi.proof.world import (
+    Effect,
+    Joint,
+    Log,
+    Motion,
+    Telemetry,
+    World,
+    logged,
+    model_file,
+    run,
+    tuned,
+    write_recording,
+)
+from gsfdi.types import Array
+
+Group = Literal["single", "null", "double", "triple", "unknown", "withheld", "little"]
+Rng = np.random.Generator
+EPOCH_NS = 1_767_225_600_000_000_000  # 2026-01-01, the same for every case
+
+FLEXIBLE = Joint()
+LINEAR = Joint(
+    structure="rigid",
+    axis="linear",
+    motor_inertia=0.0,
+    gear_ratio=1.0,
+    output_inertia=95.0,
+    damping=0.0,
+    torque_constant=1.0,
+    proportional=1.37e6,
+    integral=0.0,
+    derivative=8.5e3,
+    rate_feedforward=0.0,
+    sample_rate=1000.0,
+    effort="drive_torque",
+    position_resolution=1e-7,
+    position_noise=2e-7,
+    motor_velocity_noise=1e-4,
+    effort_noise=0.1,
+)
+TORQUE = Joint(
+    structure="rigid",
+    motor_inertia=0.0,
+    gear_ratio=1.0,
+    output_inertia=3.0,
+    damping=0.0,
+    torque_constant=1.0,
+    proportional=3000.0,
+    integral=900.0,
+    derivative=240.0,
+    sample_rate=125.0,
+    effort="drive_torque",
+    position_noise=1e-5,
+    motor_velocity_noise=8e-4,
+    effort_noise=0.05,
+)
+CURRENT = replace(
+    TORQUE,
+    torque_constant=8.0,
+    proportional=375.0,
+    integral=112.0,
+    derivative=30.0,
+    effort="motor_current",
+    effort_noise=6e-3,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A family of joints: one of them, how far and fast it moves, for how long."""
+
+    joint: Joint
+    reach: float
+    speed: float
+    seconds: tuple[float, float]
+    friction: float
+    """Chance that it has dry and viscous friction that its nominal model knows."""
+
+
+SHAPES = {
+    "era": Shape(FLEXIBLE, 0.6, 0.06, (90.0, 180.0), 0.4),
+    "linear": Shape(LINEAR, 0.12, 0.2, (24.0, 25.0), 1.0),
+    "torque": Shape(TORQUE, 1.0, 1.0, (40.0, 80.0), 1.0),
+    "current": Shape(CURRENT, 1.0, 1.0, (40.0, 80.0), 0.7),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """What is asked of a case before anything is drawn: which kinds act together, how large, in what circumstances."""
+
+    group: Group
+    kinds: tuple[str, ...] = ()
+    size: str = "plain"
+    exact_nominal: bool = False
+
+    @property
+    def name(self) -> str:
+        """What tables call it."""
+        return "+".join(self.kinds) or self.group
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """Everything about one case; `files` goes to the tool, `truth` into the seal."""
+
+    design: Design
+    seed: int
+    world: World
+    nominal: Joint
+    nominal_known: tuple[Effect, ...]
+    motions: tuple[Motion, ...]
+    telemetry: Telemetry
+    controller_told: bool
+    scales: Scales
+    withheld: tuple[str, ...] = ()
+    limits: Mapping[str, float] = field(default_factory=dict)
+
+    def runs(self, world: World | None = None, *, noisy: bool = True) -> list[Array]:
+        """Traces of each motion, in this case's world or in another with the same noise."""
+        world = self.world if world is None else world
+        return [run(world, motion, self.seed * 10 + k, noisy=noisy) for k, motion in enumerate(self.motions)]
+
+    def logs(self) -> Iterator[tuple[Motion, Log]]:
+        """What each recording holds."""
+        for k, (motion, traces) in enumerate(zip(self.motions, self.runs(), strict=True)):
+            yield motion, logged(motion, traces, self.telemetry, self.seed * 10 + k)
+
+
+def scales_of(world: World, moved: tuple[Motion, ...]) -> Scales:
+    """Measure what the world does on its motions without noise."""
+    joint = world.joint
+    traces = np.vstack([run(world, motion, 0, noisy=False) for motion in moved])
+    effort = np.abs(traces[:, 2])
+    torque = float(np.quantile(effort, 0.95)) * joint.torque_constant * joint.gear_ratio
+    low, high = float(traces[:, 0].min()), float(traces[:, 0].max())
+    return Scales(
+        torque=torque,
+        speed=float(np.quantile(np.abs(traces[:, 5]), 0.95)),
+        effort=float(np.quantile(effort, 0.95)),
+        reach=0.5 * (high - low),
+        centre=0.5 * (high + low),
+        windup=float(np.quantile(np.abs(traces[:, 3]), 0.95)) or 1.0,
+        seconds=float(moved[0].t[-1]),
+        peak_effort=float(effort.max()),
+    )
+
+
+def _vary(joint: Joint, rng: Rng) -> Joint:
+    """Draw another joint of the same family: other numbers, the loop tuned to them."""
+    a, b, c = np.exp(rng.uniform(-0.35, 0.35, 3))
+    heavier = replace(joint, output_inertia=joint.output_inertia * a, motor_inertia=joint.motor_inertia * a)
+    stiffer = replace(heavier, stiffness=joint.stiffness * a * b) if joint.structure == "flexible" else heavier
+    gains = {name: getattr(joint, name) * a / c for name in ("proportional", "integral", "derivative")}
+    if joint.effort == "drive_torque":
+        return tuned(stiffer, {name: value * c for name, value in gains.items()})
+    return tuned(stiffer, gains | {"torque_constant": joint.torque_constant * c})
+
+
+def _off(rng: Rng, value: float) -> float:
+    """Two to five percent off, either way."""
+    return value * (1.0 + float(rng.choice([-1.0, 1.0])) * float(rng.uniform(0.02, 0.05)))
+
+
+def nominal_of(joint: Joint, known: tuple[Effect, ...], rng: Rng) -> tuple[Joint, tuple[Effect, ...]]:
+    """Give the numbers that the ground believes in: every one of them a little off, the controller's excepted."""
+    names = ["output_inertia"]
+    if joint.structure == "flexible":
+        names += ["motor_inertia", "stiffness"]
+    if joint.effort == "motor_current":
+        names += ["torque_constant"]
+    off = tuned(joint, {name: _off(rng, getattr(joint, name)) for name in names})
+    return off, tuple(replace(e, values={k: _off(rng, v) for k, v in e.values.items()}) for e in known)
+
+
+def _shape_for(kinds: list[Kind], rng: Rng) -> Shape:
+    names = ["era", "linear", "torque", "current"]
+    weights = np.array([0.55, 0.15, 0.15, 0.15])
+    for kind in kinds:
+        if kind.structures == ("flexible",):
+            weights[1:] = 0.0
+        if kind.name in ("torque_ripple", "cogging"):
+            weights[1] = 0.0  # a linear drive has no turns to count
+        if kind.name in ("torque_constant_change", "torque_constant_drift", "magnetic_saturation", "demagnetisation"):
+            weights[1:3] = 0.0  # effort given as torque has no torque constant
+        if kind.name in ("gravity_unbalance", "encoder_eccentricity"):
+            weights[1] = 0.0
+        if kind.name == "controller_integral":
+            weights[1] = 0.0
+        if kind.name in ("current_limit", "current_gain", "current_bias"):
+            weights[1:3] = 0.0  # named in amperes
+    return SHAPES[str(rng.choice(names, p=weights / weights.sum()))]
+
+
+def draw(design: Design, seed: int) -> Case:
+    """Draw a case of this design; the same design and seed give the same case."""
+    rng = np.random.default_rng((seed, 0))
+    kinds = [KINDS[name] for name in design.kinds]
+    shape = _shape_for(kinds, rng)
+    joint = shape.joint if rng.random() < 0.5 else _vary(shape.joint, rng)
+    warm = any(kind.name == "temperature_dependent_friction" for kind in kinds)
+    senses = any(kind.name.startswith("velocity_") for kind in kinds)
+    telemetry = Telemetry(
+        motor_velocity=senses or rng.random() < 0.7,
+        setpoint_rate=rng.random() < 0.8,
+        temperature=warm or rng.random() < 0.3,
+        lost=float(rng.uniform(0.005, 0.04)) if rng.random() < 0.15 else 0.0,
+    )
+    jitter = 0.15 if rng.random() < 0.1 else 0.0
+    if rng.random() < 0.1 and design.kinds != ("quantisation",):
+        joint = replace(joint, position_resolution=8 * joint.position_noise)
+    calm = 0.04 if design.group == "little" else 1.0
+    seconds = float(rng.uniform(*shape.seconds))
+    several = 2 if rng.random() < 0.15 else 1
+    moved = tuple(
+        _placed(
+            motions.draw(
+                rng, seconds / several**0.5, joint.sample_rate, calm * shape.reach, calm * shape.speed, jitter
+            ),
+            joint,
+            rng,
+        )
+        for _ in range(several)
+    )
+    if rng.random() < 0.12:
+        telemetry = replace(telemetry, gap=(0.45 * seconds / several**0.5, 0.5 * seconds / several**0.5))
+    scales = scales_of(World(joint), moved)
+    known = _known_friction(kinds, shape, joint, scales, rng)
+    scales = replace(scales, peak_effort=scales_of(World(joint, known), moved).peak_effort)
+    world, effects = _bearable(kinds, World(joint, known), moved, scales, SIZES[design.size], rng)
+    exact = design.exact_nominal or (bool(kinds) and all(kind.family == "parameter" for kind in kinds))
+    nominal, nominal_known = (joint, known) if exact else nominal_of(joint, known, rng)
+    told = any(kind.family in ("controller", "sensor") or kind.name == "current_limit" for kind in kinds)
+    return Case(
+        design=design,
+        seed=seed,
+        world=world,
+        nominal=nominal,
+        nominal_known=nominal_known,
+        motions=moved,
+        telemetry=telemetry,
+        controller_told=told or rng.random() < 0.85,
+        scales=scales,
+        withheld=tuple(e.term for e in effects) if design.group == "withheld" else (),
+        limits={e.term: e.values.get("ratio", math.nan) for e in effects if e.term.startswith("controller_")},
+    )
+
+
+def _bearable(
+    kinds: list[Kind], clean: World, moved: tuple[Motion, ...], scales: Scales, size: float, rng: Rng
+) -> tuple[World, list[Effect]]:
+    """Draw the effects, smaller until the joint still follows its setpoint; a lost loop needs no tool to be seen."""
+    usual = _tracking(clean, moved)
+    while True:
+        effects, variant, real = [], 0, clean.joint
+        for kind in kinds:
+            effect = kind.draw(scales, clean.joint, size, rng)
+            if kind.onset and (rng.random() < 0.5 or kind.name == "position_bias"):
+                effect = replace(effect, onset=float(rng.uniform(0.2, 0.7) * moved[0].t[-1]))
+            if kind.family == "controller":
+                real = faulty_controller(real, effect)
+            variant = max(variant, kind.variant)
+            effects.append(effect)
+        acting = tuple(effect for effect in effects if not effect.term.startswith("controller_"))
+        world = replace(clean, joint=real, effects=acting, variant=variant)
+        if _tracking(world, moved) < 1.5 * usual:
+            return world, effects
+        size *= 0.6
+
+
+def _tracking(world: World, moved: tuple[Motion, ...]) -> float:
+    """Peak of setpoint minus true position over all motions; infinite if the loop is lost."""
+    error = np.concatenate([run(world, motion, 0, noisy=False)[:, 0] - motion.setpoint for motion in moved])
+    with np.errstate(over="ignore", invalid="ignore"):
+        peak = float(np.abs(error).max())
+    return peak if np.isfinite(peak) else math.inf
+
+
+def _placed(motion: Motion, joint: Joint, rng: Rng) -> Motion:
+    """Let a rotary joint begin anywhere."""
+    return replace(motion, setpoint=motion.setpoint + (rng.uniform(-0.4, 0.4) if joint.axis == "rotary" else 0.0))
+
+
+def _known_friction(kinds: list[Kind], shape: Shape, joint: Joint, s: Scales, rng: Rng) -> tuple[Effect, ...]:
+    """Friction that the nominal model knows of, none of it of the kind that is left out."""
+    acting = {kind.name.split("/")[0] for kind in kinds}
+    needs = bool(acting & {"asymmetric_friction", "stribeck_friction"})  # these modify a friction that is there
+    if not needs and rng.random() > shape.friction:
+        return ()
+    side: Literal["motor"] | None = "motor" if joint.structure == "flexible" else None
+    known = [
+        Effect("coulomb_friction", {"torque_nm": 0.3 * s.torque * float(rng.uniform(0.7, 1.3))}, side),
+        Effect(
+            "viscous_friction", {"coefficient_nms_rad": 0.2 * s.torque / s.speed * float(rng.uniform(0.7, 1.3))}, side
+        ),
+    ]
+    return tuple(effect for effect in known if effect.term not in acting)
+
+
+def write_files(case: Case, folder: Path) -> list[str]:
+    """Write what the tool may see: recordings and nominal model, under names that say nothing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    names = []
+    for k, (motion, log) in enumerate(case.logs()):
+        name = "recording.parquet" if len(case.motions) == 1 else f"recording_{k + 1}.parquet"
+        start = EPOCH_NS + k * 3600 * 1_000_000_000
+        write_recording(folder / name, case.world.joint, motion, log, case.telemetry, start)
+        names.append(name)
+    (folder / "nominal.toml").write_text(model_file(case.nominal, case.nominal_known, controller=case.controller_told))
+    return names
+
+
+def truth_of(case: Case) -> dict[str, object]:
+    """Give what the seal holds of a case: what acts and where, what is merely off, what no data could tell apart."""
+    joint, told = (
+        case.world.joint,
+        {"controller": case.controller_told, "motor_velocity": case.telemetry.motor_velocity},
+    )
+    kinds = [KINDS[name] for name in case.design.kinds]
+    acting = [*case.world.effects]
+    acting += [Effect(term, {"ratio": ratio}) for term, ratio in case.limits.items()]
+    off = {
+        term: getattr(joint, name) / getattr(case.nominal, name)
+        for term, name in zip(
+            PARAMETERS, ("torque_constant", "motor_inertia", "output_inertia", "stiffness"), strict=True
+        )
+        if getattr(joint, name) != getattr(case.nominal, name)
+    }
+    return {
+        "group": case.design.group,
+        "kinds": list(case.design.kinds),
+        "size": case.design.size,
+        "seed": case.seed,
+        "structure": joint.structure,
+        "axis": joint.axis,
+        "effects": [
+            {
+                "term": effect.term,
+                "component": kind.component,
+                "family": kind.family,
+                "variant": kind.variant,
+                "side": effect.side,
+                "parameters": {name: float(value) for name, value in effect.values.items()},
+                "onset_s": effect.onset,
+                "equivalents": list(equivalents(joint, effect, told)),
+            }
+            for kind, effect in zip(kinds, acting, strict=True)
+        ],
+        "known": [effect.term for effect in case.world.known],
+        "nominal_off": {name: float(value) for name, value in off.items()},
+        "withheld": list(case.withheld),
+        "told": told,
+        "seconds": case.scales.seconds,
+        "scales": asdict(case.scales),
+    }
+
+
+def as_json(value: object) -> str:
+    """Spell a truth or an answer the one way that is hashed."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), default=str)
