@@ -19,6 +19,10 @@ GROUND = (
     "svg",
     "joint",
     "subspace",
+    "stretches",
+    "observer",
+    "directions",
+    "nominal",
     "quality",
     "motion",
     "model",
@@ -29,6 +33,7 @@ SHELVES = ("readers", "terms", "detectors", "reports")
 STAGES = (
     "store",
     "ingest",
+    "healthy",
     "baseline",
     "diagnosis",
     "prognosis",

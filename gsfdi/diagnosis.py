@@ -1,0 +1,397 @@
+"""From findings to a verdict: which fault, how sure, how bad, since when, and what else it could be.
+
+``assess(record, joint_baseline, ...)`` is the one entry. It takes a record, or successive pieces of a long one, and
+gives a `Verdict` whose ``findings`` carry what a page draws. Their ``evidence``, by ``Finding.detector``:
+
+``signals``
+    ``t, setpoint, position, effort`` (and ``velocity``, ``tracking``) : arrays of at most 1500 points [s, SI];
+    ``features`` : list of str; ``scores`` : array, deviations of each from the baseline; ``threshold`` : float;
+    ``feature`` : str, the one that stands out most.
+``parity``
+    ``t, residual`` : arrays, running statistic of the long window; ``threshold`` : float; ``t3, residual3,
+    threshold3`` : the same for the paper's three samples.
+``innovations``
+    ``t, residual`` : arrays, running lean towards the most likely fault in deviations; ``threshold`` : float;
+    ``names`` : list of str; ``z, size, error, onset, ramp, gain, robust`` : arrays, one value per direction.
+``smi``
+    ``t, angles`` : arrays, largest principal angle to the baseline [rad] by block; ``threshold`` : float [rad];
+    ``markov`` : array, deviations of the Markov parameters by block; ``markov_threshold`` : float.
+``diagnosis``
+    ``names, probabilities, sizes, errors, units, cosines`` : lists over the candidate faults, most probable first;
+    ``severity`` : float, share of the joint's usual drive that the fault takes.
+
+Every finding has ``onset_s`` where it saw one. Levels: a fault whose test alarms is a warning; it is distress, then
+critical, when the share of the joint's capability that it takes reaches the limits in `Limits`.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gsfdi.baseline import JointBaseline, detectors, gather
+from gsfdi.directions import Direction, library
+from gsfdi.types import Action, Array, Component, Due, Finding, JointRecord, Level, Verdict
+
+NO_DUE = Due(None, None, "no degradation is under way")
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Where a fault becomes serious, and how often the whole battery may be wrong.
+
+    Parameters
+    ----------
+    distress, critical : float
+        Share of the joint's capability that a fault takes: the change of a ratio, else the effect in terms of torque.
+    false_alarms_per_joint_year : float
+        Promised rate of verdicts above ``normal`` on fault-free telemetry.
+    batches_per_year : float
+        How often a joint is judged.
+    stale_after_s : float
+        Age beyond which telemetry is called stale, when the caller says what time it is.
+    payload_free : bool
+        Whether the output inertia may change without being a fault (a payload was taken).
+    """
+
+    distress: float = 0.10
+    critical: float = 0.30
+    false_alarms_per_joint_year: float = 0.1
+    batches_per_year: float = 365.0
+    stale_after_s: float = 3.0 * 86400.0
+    payload_free: bool = False
+    shares: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def per_batch(self) -> float:
+        """False-alarm rate of one verdict."""
+        return self.false_alarms_per_joint_year / self.batches_per_year
+
+
+class Candidate(NamedTuple):
+    """A fault that could explain the batch."""
+
+    direction: Direction
+    probability: float
+    size: float
+    error: float
+    onset: float
+    ramp: bool
+    gain: float
+    cosine: float
+
+
+RARE: Mapping[str, float] = {
+    "motor_inertia_change": 0.05, "magnetic_saturation": 0.1, "timestamp_latency": 0.2, "end_stop": 0.2,
+    "quadratic_friction": 0.2, "stiffening": 0.2, "gearbox_damping": 0.1, "current_bias": 0.5, "gravity_unbalance": 0.5,
+    "actuation_delay": 0.3, "position_dependent_friction": 0.5, "asymmetric_friction": 0.5, "cable_harness": 0.5,
+}  # fmt: skip
+"""How much less often than the others a fault is met, where experience says so."""
+TWINS: Mapping[str, tuple[str, ...]] = {
+    "torque_constant_change": ("current_gain",),
+    "torque_constant_drift": ("current_gain",),
+    "constant_load": ("current_bias", "asymmetric_friction"),
+    "current_bias": ("constant_load", "asymmetric_friction"),
+    "coulomb_friction": ("presliding_friction",),
+}
+"""Faults that leave the same trace in these channels, whatever the motion."""
+SURE = 150.0
+"""Weight of evidence at which the model's own error begins to count for more than noise."""
+EXPLAINED = 0.5
+"""Share of everything the batch shows beyond noise that a single fault must explain to be named with confidence."""
+
+
+def assess(
+    record: JointRecord | Iterable[JointRecord],
+    baseline: JointBaseline | None,
+    *,
+    limits: Limits | None = None,
+    settings: Mapping[str, Mapping[str, float]] | None = None,
+    now_ns: int | None = None,
+    due: Callable[[Sequence[Candidate], float], Due] | None = None,
+    explain: Callable[[], Mapping[str, object] | None] | None = None,
+) -> Verdict:
+    """Judge one joint's batch.
+
+    Parameters
+    ----------
+    record : JointRecord or iterable of JointRecord
+        The batch, or its successive pieces.
+    baseline : JointBaseline or None
+        What the fault-free joint does; None gives ``not_assessed``.
+    limits : Limits, optional
+    settings : mapping, optional
+        Changed knobs by detector.
+    now_ns : int, optional
+        The time [ns, UTC]; telemetry much older than it is ``stale``.
+    due : callable, optional
+        From the candidates and the batch's time [s since epoch] to when maintenance is due (`gsfdi.prognosis`).
+    explain : callable, optional
+        Called when no fault of the library explains an alarm; gives the ``omitted_physics`` entry of a
+        reconciliation (``term``, ``component``, ``probability``, ``says``), or None.
+    """
+    limits = limits or Limits()
+    pieces = [record] if isinstance(record, JointRecord) else record
+    seen = _Look()
+    kept = list(seen.through(pieces)) if baseline is None else None
+    joint = seen.joint if kept is not None else ""
+    if baseline is None:
+        return unjudged(joint, "not_assessed", "no baseline was learnt for this joint; run gsfdi baseline first")
+    missing: list[str] = []
+
+    def usable() -> Iterable[JointRecord]:
+        for piece in seen.through(pieces):
+            lacking = [name for name in baseline.nominal.channels if name not in piece]
+            if lacking:
+                missing.extend(name for name in lacking if name not in missing)
+            else:
+                yield piece
+
+    numbers, seconds = gather(usable(), baseline.nominal, settings)
+    joint = seen.joint or baseline.joint
+    refusal = _refusal(seen, missing, seconds, numbers, baseline, limits, now_ns)
+    if refusal is not None:
+        return replace(refusal, joint=joint)
+    findings = _findings(numbers, baseline, limits, settings, joint)
+    return _verdict(joint, findings, numbers, baseline, limits, due, explain, seen.t0_ns * 1e-9)
+
+
+class _Look:
+    """What passes by: names, time and how much of it may be believed."""
+
+    def __init__(self) -> None:
+        self.joint, self.t0_ns, self.end_ns = "", 0, 0
+        self.samples = self.believed = 0.0
+
+    def through(self, pieces: Iterable[JointRecord]) -> Iterable[JointRecord]:
+        for piece in pieces:
+            self.joint = piece.joint
+            self.t0_ns = self.t0_ns or piece.t0_ns
+            if len(piece.t):
+                self.end_ns = piece.t0_ns + round(float(piece.t[-1]) * 1e9)
+            for name in {"position", piece.effort} & set(piece.channels):
+                rows = np.isfinite(piece.channels[name]).sum() if name in piece.channels else 0
+                self.samples += float(rows)
+                self.believed += float(np.isfinite(piece[name]).sum())
+            yield piece
+
+
+def unjudged(joint: str, level: Level, says: str) -> Verdict:
+    """A verdict for what could not be assessed, with the reason."""
+    action: Action = "check_telemetry" if level in ("invalid_data", "stale") else "none"
+    return Verdict(joint, level, action, None, None, None, (), None, {}, Due(None, None, says), says)
+
+
+def _refusal(
+    seen: _Look, missing: Sequence[str], seconds: float, numbers: Mapping[str, Mapping[str, Array]],
+    baseline: JointBaseline, limits: Limits, now_ns: int | None,
+) -> Verdict | None:  # fmt: skip
+    """Why this batch cannot be judged, or None when it can."""
+    if now_ns is not None and seen.end_ns and (now_ns - seen.end_ns) * 1e-9 > limits.stale_after_s:
+        days = (now_ns - seen.end_ns) / 8.64e13
+        return unjudged("", "stale", f"the telemetry ends {days:.1f} days ago; nothing newer to judge by")
+    if missing:
+        return unjudged("", "not_assessed", f"the batch lacks {', '.join(missing)}, which the baseline was learnt with")
+    if seen.samples and seen.believed < 0.5 * seen.samples:
+        share = 100.0 * (1.0 - seen.believed / seen.samples)
+        return unjudged("", "invalid_data", f"{share:.0f} % of the samples cannot be believed; check the telemetry")
+    if seconds < 3.0:
+        return unjudged("", "not_assessed", f"only {seconds:.1f} s of usable telemetry; at least 3 s are needed")
+    h = numbers["innovations"]["h"].sum(axis=0)
+    names = [one.key for one in _library(baseline)]
+    key = "torque_constant_change"
+    error = float(
+        np.sqrt(baseline.learnt["innovations"]["within"][names.index(key)] / max(h[names.index(key)], 1e-300))
+    )
+    if error > 0.1:
+        return unjudged(
+            "", "not_assessed",
+            "too little excitation: the joint hardly moved, and a loss of torque below "
+            f"{min(100.0 * 4 * error, 999):.0f} % could not have been seen",
+        )  # fmt: skip
+    return None
+
+
+def _library(baseline: JointBaseline) -> tuple[Direction, ...]:
+    return library(baseline.nominal.flexible, bool(baseline.nominal.velocity), temperature=False)
+
+
+def _findings(
+    numbers: Mapping[str, Mapping[str, Array]], baseline: JointBaseline, limits: Limits,
+    settings: Mapping[str, Mapping[str, float]] | None, joint: str,
+) -> list[Finding]:  # fmt: skip
+    """Look with every detector; the promised rate is shared out among them."""
+    found = []
+    battery = detectors()
+    whole = sum(one.false_alarm_rate for one in battery.values())
+    for name, one in battery.items():
+        if name not in baseline.learnt or not numbers.get(name):
+            continue
+        rate = limits.per_batch * one.false_alarm_rate / whole
+        finding = one.look(
+            numbers[name], baseline.learnt[name], rate, {**one.settings, **((settings or {}).get(name) or {})}
+        )
+        if finding is not None:
+            extra = {"names": [d.key for d in _library(baseline)]} if name == "innovations" else {}
+            found.append(replace(finding, joint=joint, evidence={**finding.evidence, **extra}))
+    return found
+
+
+def _candidates(
+    found: Finding, numbers: Mapping[str, Array], baseline: JointBaseline, limits: Limits
+) -> list[Candidate]:
+    """Faults by how much of the innovations each explains; sine and cosine of one fault count together."""
+    evidence, names = found.evidence, _library(baseline)
+    gain, size, error, onset, ramp = (np.asarray(evidence[k]) for k in ("gain", "size", "error", "onset", "ramp"))
+    cosines = _cosines(numbers, baseline)
+    groups: dict[tuple[str, str], list[int]] = {}
+    for j, one in enumerate(names):
+        variant = one.key.partition(":")[2]
+        wave = (
+            variant[:-1]
+            if variant[-1:] in ("s", "c") and variant[:-1].isdigit()
+            else ("" if variant in ("s", "c") else variant)
+        )
+        groups.setdefault((one.fault, wave), []).append(j)
+    best: dict[str, Candidate] = {}
+    for (fault, _), some in groups.items():
+        if limits.payload_free and fault == "output_inertia_change":
+            continue
+        total = float(sum(gain[j] for j in some))
+        j = max(some, key=lambda one: gain[one])
+        amplitude = float(np.sqrt(sum(size[k] ** 2 for k in some))) if len(some) > 1 else float(size[j])
+        got = Candidate(
+            names[j], 0.0, amplitude, float(error[j]), float(onset[j]), bool(ramp[j]), total, float(cosines[j])
+        )
+        if fault not in best or total > best[fault].gain:
+            best[fault] = got
+    ranked = sorted(best.values(), key=lambda one: -one.gain)
+    top = ranked[0].gain
+    temper = min(1.0, SURE / max(top, 1.0)) / max(float(baseline.learnt["innovations"]["pooled"][0]), 1.0)
+    weights = np.array([0.5 * temper * (one.gain - top) for one in ranked])
+    weights = np.exp(weights) * np.array([RARE.get(one.direction.fault, 1.0) for one in ranked])
+    weights /= weights.sum()
+    return sorted(
+        (one._replace(probability=float(w)) for one, w in zip(ranked, weights, strict=True)),
+        key=lambda one: -one.probability,
+    )
+
+
+def _cosines(numbers: Mapping[str, Array], baseline: JointBaseline) -> Array:
+    """Cosine of the batch's fingerprint with that of each known failure, as the model foretells it in this motion."""
+    learnt, H = baseline.learnt["innovations"], numbers["H"]
+    h = np.maximum(np.diag(H), 1e-300)
+    g = (
+        numbers["g"].sum(axis=0)
+        - learnt["lean"] * numbers["h"].sum(axis=0)
+        - learnt["drift"] * numbers["energy"][:, 1].sum()
+    )
+    batch, known = g / np.sqrt(h), H / np.sqrt(h)[:, None]
+    return np.asarray(np.abs(batch @ known) / np.maximum(np.linalg.norm(batch) * np.linalg.norm(known, axis=0), 1e-300))
+
+
+def _severity(best: Candidate, baseline: JointBaseline, numbers: Mapping[str, Array], span: float) -> float:
+    """Share of the joint's capability that the fault takes by the end of the batch."""
+    if best.direction.neutral == 1.0:
+        return abs(best.size) * (max(span - best.onset, 0.0) if best.ramp else 1.0)
+    names = [one.key for one in _library(baseline)]
+    j = names.index("torque_constant_change")
+    return float(np.sqrt(best.gain / max(float(numbers["h"][:, j].sum()), 1e-300)))
+
+
+def _verdict(
+    joint: str, findings: list[Finding], numbers: Mapping[str, Mapping[str, Array]], baseline: JointBaseline,
+    limits: Limits, due: Callable[[Sequence[Candidate], float], Due] | None,
+    explain: Callable[[], Mapping[str, object] | None] | None, when: float,
+) -> Verdict:  # fmt: skip
+    methods = _methods(findings)
+    alarmed = [one for one in findings if one.alarm]
+    matched = next((one for one in findings if one.detector == "innovations"), None)
+    candidates = _candidates(matched, numbers["innovations"], baseline, limits) if matched is not None else []
+    if not alarmed:
+        when_due = due(candidates, when) if due is not None else NO_DUE
+        return Verdict(joint, "normal", "none", None, None, None, (), None, methods, when_due,
+                       f"{joint} behaves as its baseline does.", tuple(findings))  # fmt: skip
+    span = float(len(numbers["innovations"]["g"]) * numbers["innovations"]["width"][0])
+    if matched is None or not matched.alarm or not candidates:
+        first = min(alarmed, key=lambda one: one.p_value)
+        says = f"{joint} departs from its baseline ({first.sentence}), and no known fault explains it."
+        return Verdict(
+            joint, "warning", "inspect", None, None, None, (), first.onset_s, methods, NO_DUE, says, tuple(findings)
+        )
+    best = candidates[0]
+    severity = _severity(best, baseline, numbers["innovations"], span)
+    level: Level = (
+        "critical" if severity >= limits.critical else "distress" if severity >= limits.distress else "warning"
+    )
+    actions: dict[Level, Action] = {"critical": "stop_using", "distress": "plan_maintenance", "warning": "inspect"}
+    fault = fault_name(best)
+    component: Component = best.direction.component
+    findings.append(_diagnosed(joint, candidates, severity, best))
+    alternatives = _alternatives(candidates)
+    when_due = due(candidates, when) if due is not None else NO_DUE
+    return Verdict(
+        joint, level, actions[level], component, fault, best.probability, alternatives,
+        best.onset if best.onset > 0.02 * span else 0.0, methods, when_due, _says(joint, best, fault, alternatives),
+        tuple(findings),
+    )  # fmt: skip
+
+
+def fault_name(one: Candidate) -> str:
+    """The contract's id; a torque constant that changes steadily is a drift."""
+    return (
+        "torque_constant_drift" if one.ramp and one.direction.fault == "torque_constant_change" else one.direction.fault
+    )
+
+
+def _alternatives(candidates: Sequence[Candidate]) -> tuple[Mapping[str, object], ...]:
+    """What the data cannot exclude: the next most probable, and what no such data could tell apart."""
+    best = candidates[0]
+    near = [
+        {"fault": fault_name(one), "component": one.direction.component, "probability": round(one.probability, 4)}
+        for one in candidates[1:6] if one.probability > 0.02
+    ]  # fmt: skip
+    named = {fault_name(best), *(one["fault"] for one in near)}
+    twins = [{"fault": twin, "component": None, "probability": None, "why": "leaves the same trace in these channels"}
+             for twin in TWINS.get(fault_name(best), ()) if twin not in named]  # fmt: skip
+    return (*near, *twins)
+
+
+def _methods(findings: Sequence[Finding]) -> dict[str, Mapping[str, object]]:
+    """One entry per family: an alarm of any of its detectors, and their smallest p-value with its price."""
+    methods: dict[str, Mapping[str, object]] = {}
+    for family in ("signal", "parity", "smi"):
+        some = [one for one in findings if one.method == family]
+        if some:
+            p = min(1.0, len(some) * min(one.p_value for one in some))
+            methods[family] = {"alarm": any(one.alarm for one in some), "p_value": p}
+        else:
+            methods[family] = {"alarm": False, "p_value": None}
+    return methods
+
+
+def _diagnosed(joint: str, candidates: Sequence[Candidate], severity: float, best: Candidate) -> Finding:
+    some = candidates[:8]
+    return Finding(
+        "diagnosis", "diagnosis", joint, True, 1.0 - best.probability, best.probability, 0.5, "probability",
+        f"{fault_name(best)} explains most", best.onset,
+        {"names": [fault_name(one) for one in some], "probabilities": [one.probability for one in some],
+         "sizes": [one.size for one in some], "errors": [one.error for one in some],
+         "units": [one.direction.unit for one in some], "cosines": [one.cosine for one in some], "severity": severity},
+    )  # fmt: skip
+
+
+def _says(joint: str, best: Candidate, fault: str, alternatives: Sequence[Mapping[str, object]]) -> str:
+    """One sentence for a person."""
+    one = best.direction
+    value = one.neutral + best.size if not best.ramp else best.size
+    what = f"{one.parameter} {value:.4g} ± {2 * best.error:.2g}{' ' + one.unit if one.unit else ''}"
+    if best.ramp:
+        what = (
+            f"{100 * best.size:+.3g} % per second" if one.neutral == 1.0 else f"{best.size:.3g} {one.unit} per second"
+        )
+    since = f" since {best.onset:.1f} s" if best.onset > 1.0 else " throughout the batch"
+    other = ", ".join(str(a["fault"]) for a in alternatives)
+    tail = f"; cannot be told from {other}" if other else ""
+    return f"{joint}: {fault.replace('_', ' ')} ({what}){since}{tail}."

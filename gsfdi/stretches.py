@@ -1,0 +1,124 @@
+"""Evenly sampled stretches of a record: what every model-based method works on.
+
+A sample that stands alone far off its neighbours is bridged and carries no weight: one flipped bit in a file without
+checksums must not raise a verdict. What lasts is left in, since a fault lasts.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gsfdi.types import Array, JointRecord, Mask
+
+LONE = 30.0
+"""A sample this many robust spreads off the mean of its neighbours stands alone."""
+GAP = 8.0
+"""A pause of more than this many usual spacings ends a stretch."""
+JITTER = 0.02
+"""Spacing that departs by more than this share from its median calls for interpolation."""
+
+
+class Stretch(NamedTuple):
+    """Channels at even spacing: `start` [s] in the record's time, `step` [s], and where every channel is trusted."""
+
+    start: float
+    step: float
+    values: Mapping[str, Array]
+    trusted: Mask
+
+    @property
+    def t(self) -> Array:
+        """Time of each sample, in the record's time [s]."""
+        return np.asarray(self.start + self.step * np.arange(len(self.trusted)), dtype=np.float64)
+
+
+def lone_samples(values: Array) -> Mask:
+    """Where a single sample stands far off both of its neighbours, which agree with each other."""
+    alone = np.zeros(len(values), dtype=np.bool_)
+    if len(values) < 5:
+        return alone
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
+        apart = np.abs(values[2:] - values[:-2])
+        spread = 1.4826 * np.median(off)
+        if spread == 0.0:  # a channel that mostly rests on one quantum
+            moving = off[off > 0]
+            spread = np.median(moving) if len(moving) > 8 else 1e-9 * float(np.ptp(values) + 1e-30)
+        alone[1:-1] = (off > LONE * spread) & (off > 5.0 * apart)
+    return alone
+
+
+def sampling_step(records: Sequence[JointRecord]) -> float:
+    """Usual spacing of the samples of several records [s]."""
+    gaps = np.concatenate([np.diff(record.t) for record in records] or [np.zeros(0)])
+    gaps = gaps[gaps > 0]
+    return float(np.median(gaps)) if len(gaps) else float("nan")
+
+
+def stretches(record: JointRecord, needs: Sequence[str], step: float, shortest: int = 50) -> Iterator[Stretch]:
+    """Even stretches of a record in which every channel of `needs` runs on without a long pause.
+
+    Parameters
+    ----------
+    record : JointRecord
+    needs : sequence of str
+        Channels; each is read where it may be believed.
+    step : float
+        Spacing wanted [s].
+    shortest : int
+        Stretches of fewer samples are passed over.
+    """
+    read: dict[str, tuple[Array, Array, Mask]] = {}
+    start, end = -np.inf, np.inf
+    for name in needs:
+        values = record[name]
+        kept = np.isfinite(values)
+        kept[1:] &= np.diff(record.t, prepend=record.t[0])[1:] > 0
+        t, values = record.t[kept], values[kept]
+        if len(t) < shortest:
+            return
+        alone = lone_samples(values)
+        read[name] = (t[~alone], values[~alone], alone)
+        start, end = max(start, float(t[0])), min(end, float(t[-1]))
+    spans = []
+    for t, _, _ in read.values():
+        longest = GAP * max(step, float(np.median(np.diff(t))))
+        at = np.flatnonzero(np.diff(t) > longest)
+        spans += [(float(t[i]), float(t[i + 1])) for i in at]
+    for low, high in _between(start, end, spans):
+        if (high - low) / step + 1 >= shortest:
+            yield _even(record, read, low, high, step)
+
+
+def _between(start: float, end: float, pauses: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Spans of ``[start, end]`` left when the pauses are cut out."""
+    spans = []
+    for low, high in sorted(pauses):
+        if low > start:
+            spans.append((start, min(low, end)))
+        start = max(start, high)
+        if start >= end:
+            return spans
+    spans.append((start, end))
+    return spans
+
+
+def _even(
+    record: JointRecord, read: Mapping[str, tuple[Array, Array, Mask]], low: float, high: float, step: float
+) -> Stretch:
+    count = int(np.floor((high - low) / step + 1e-6)) + 1
+    grid = low + step * np.arange(count)
+    trusted = np.ones(count, dtype=np.bool_)
+    values = {}
+    for name, (t, known, _) in read.items():
+        inside = (t >= low - 0.5 * step) & (t <= high + 0.5 * step)
+        seen, known = t[inside], known[inside]
+        if len(seen) == count and np.all(np.abs(seen - grid) < JITTER * step):
+            values[name] = known
+            continue
+        values[name] = np.interp(grid, seen, known)
+        after = np.clip(np.searchsorted(seen, grid), 1, max(len(seen) - 1, 1))
+        width = seen[after] - seen[after - 1]
+        trusted &= width < 1.9 * max(step, float(np.median(np.diff(seen))))
+    return Stretch(low, step, values, trusted)
