@@ -32,7 +32,7 @@ class Plant:
     damping : float
         Viscous damping on the output axis [N m s/rad].
     torque_constant : float
-        Motor torque per ampere [N m/A]; 1 where the drive's effort is given as torque at the output.
+        Motor torque per ampere [N m/A]; 1 / gear_ratio where the drive's effort is given as torque at the output.
     """
 
     output_inertia: float
@@ -69,6 +69,16 @@ class Sensors:
 
 
 @dataclass(frozen=True, slots=True)
+class Bus:
+    """How telemetry travels: latency and its jitter [s], and the shares of frames that are lost or arrive twice."""
+
+    latency: float = 0.0
+    jitter: float = 0.0
+    lost: float = 0.0
+    repeated: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class TermUse:
     """A term of physics as a model uses it: its id, its parameters by their contract names, side and onset [s]."""
 
@@ -80,7 +90,11 @@ class TermUse:
 
 @dataclass(frozen=True, slots=True)
 class JointModel:
-    """Everything that a model file says of one joint."""
+    """Everything that a model file says of one joint.
+
+    `trust` gives the relative standard deviation of plant fields that are not known for certain; `effort` says whether
+    the drive's effort is a current or a torque.
+    """
 
     name: str
     structure: Structure
@@ -89,3 +103,6 @@ class JointModel:
     controller: Controller | None = None
     sensors: Sensors = Sensors()
     physics: tuple[TermUse, ...] = ()
+    bus: Bus = Bus()
+    trust: Mapping[str, float] = field(default_factory=dict)
+    effort: Effort = "motor_current"
