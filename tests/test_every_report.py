@@ -6,72 +6,13 @@ import io
 import json
 import re
 
-import numpy as np
 import pytest
+from pages import HOSTILE, analysis
 
 from gsfdi.registry import shelf
-from gsfdi.reports import Analysis, Report
-from gsfdi.types import Due, Finding, JointRecord, Problem, Verdict
+from gsfdi.reports import Report
 
 REPORTS = list(shelf("gsfdi.reports", Report).values())
-
-HOSTILE = (
-    "<script>alert(1)</script>",
-    '"><img src=x onerror=alert(1)>',
-    '=HYPERLINK("http://x")',
-    "{{ 7 * 7 }}",
-    "a\nb,\"c'",
-    "joint ü 日本",
-)
-
-
-def record(joint: str) -> JointRecord:
-    t = np.arange(0.0, 20.0, 0.01)
-    position = np.sin(t)
-    position[300:320] = np.nan
-    return JointRecord(
-        robot="<b>arm</b>",
-        joint=joint,
-        t0_ns=1_790_000_000_123_456_789,
-        t=t,
-        channels={"setpoint": np.sin(t), "position": position, "motor_current": np.where(t == 5.0, 1e165, np.cos(t))},
-        quality={"time": {"gaps": 2}, joint: {joint: 3.0}},
-    )
-
-
-def verdict(joint: str) -> Verdict:
-    t = np.arange(0.0, 20.0, 0.1)
-    findings = (
-        Finding("parity", "parity", joint, True, 0.0, np.inf, 4.0, "1", f"residual of {joint}", 7.9, {"t": t, "r": t}),
-        Finding("angles", "smi", joint, False, np.nan, np.nan, 0.1, "rad", f"angles of {joint}", None, {joint: [1, 2]}),
-    )
-    return Verdict(
-        joint=joint,
-        verdict="distress",
-        action="inspect",
-        component="motor",
-        fault="torque_constant_drift",
-        fault_probability=0.97,
-        alternatives=({"fault": joint, "probability": 0.02},),
-        onset_s=7.9,
-        methods={"parity": {"alarm": True, "p_value": np.float64(0.0)}, "smi": {"alarm": np.False_, "p_value": np.nan}},
-        due=Due("2026-12-14", ("2026-12-02", "2027-01-08"), f"because of {joint}"),
-        says=f"{joint} loses torque.",
-        findings=findings,
-    )
-
-
-def analysis(*joints: str) -> Analysis:
-    return Analysis(
-        batch_path="in/<i>night</i>.mcap",
-        batch_sha256="0" * 64,
-        baseline_name=None,
-        baseline_sha256=None,
-        made="2026-11-21T02:00:00+00:00",
-        verdicts=tuple(map(verdict, joints)),
-        records=tuple(map(record, joints)),
-        problems=(Problem("in/<u>bad</u>.csv", "cut short & odd", "record it again"),),
-    )
 
 
 @pytest.mark.parametrize("report", REPORTS, ids=lambda report: report.name)
