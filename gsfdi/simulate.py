@@ -8,6 +8,7 @@ The interface others build on::
     trace = replay(model, drive, "predict", gain=K)             # observer; trace.innovation is (n, 2)
     trace = replay(model, drive, "open_loop", restarts=[0, 500, 1000], states=x)   # multiple shooting, x (3, 5)
     traces = replay_many(models, drive, ...)      # the same for many models in one compiled loop
+    record = simulate_record(model, faults=[fault_of("cogging=2@30", "rotary")], seed=1)   # with sensor noise and bus
 
 A state is ``[Ω, Ω̇, ε, ε̇, integral part of the controller]``, a gain ``K`` (4, 2): state against the innovations of
 position and of motor speed (joint speed of a rigid joint). A trace holds what noise-free sensors would show. What the
@@ -15,18 +16,22 @@ recording holds is in ``drive.signals``, and ``drive_from(signals, model)`` driv
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from gsfdi import replay as kernel
+from gsfdi.channels import Axis
 from gsfdi.drive import Drive, Signals, Start, drive_from, drive_of
-from gsfdi.errors import UnusableInputError
-from gsfdi.model import JointModel
-from gsfdi.packed import pack, spring_inverse, stack
-from gsfdi.types import Array
+from gsfdi.errors import UnusableInputError, nearest
+from gsfdi.model import JointModel, TermUse
+from gsfdi.motion import linear_name
+from gsfdi.packed import pack, spring_inverse, stack, term_of
+from gsfdi.telemetry import measured_effort, noisy, over_bus
+from gsfdi.training import training
+from gsfdi.types import Array, JointRecord
 
 __all__ = [
     "Drive",
@@ -39,9 +44,11 @@ __all__ = [
     "initial_state",
     "replay",
     "replay_many",
+    "simulate_record",
 ]
 
 Mode = Literal["closed_loop", "open_loop", "predict", "predict_controller"]
+EPOCH_NS = 1_767_225_600 * 10**9  # 2026-01-01: recordings that replay nothing begin at one fixed time
 _MODES: dict[str, int] = {
     "closed_loop": kernel.CLOSED_LOOP,
     "open_loop": kernel.OPEN_LOOP,
@@ -133,10 +140,7 @@ def replay_many(
     finer : int
         Divides every substep.
     """
-    if mode == "closed_loop" and any(model.controller is None for model in models):
-        raise UnusableInputError(models[0].name, "a closed loop needs [controller]", "add it, or simulate open-loop")
-    if mode == "closed_loop" and not np.isfinite(drive.signals.setpoint).all():
-        raise UnusableInputError(models[0].name, "the recording has no setpoint", "simulate open-loop")
+    require(models, drive, mode)
     joints = stack([pack(model, finer) for model in models])
     starts = np.array([initial_state(model, drive.start) for model in models]) if x0 is None else x0
     clock, again = drive.clock, np.zeros((len(models), 0, 5))
@@ -147,6 +151,17 @@ def replay_many(
         clock = with_restarts(clock, restarts)
     gains = np.ascontiguousarray(np.broadcast_to(np.zeros((4, 2)) if gain is None else gain, (len(models), 4, 2)))
     return run(models, joints, clock, mode, starts, gains, again, drive.t)
+
+
+def require(models: Sequence[JointModel], drive: Drive, mode: Mode) -> None:
+    """Refuse a replay that lacks what its mode needs."""
+    name = models[0].name
+    if mode in ("closed_loop", "predict_controller") and any(model.controller is None for model in models):
+        raise UnusableInputError(name, "a closed loop needs [controller]", "add it to the model, or simulate open-loop")
+    if mode in ("closed_loop", "predict_controller") and not np.isfinite(drive.signals.setpoint).all():
+        raise UnusableInputError(name, "the recording has no setpoint", "simulate open-loop")
+    if mode in ("open_loop", "predict") and not np.isfinite(drive.signals.effort).any():
+        raise UnusableInputError(name, f"the recording has no {models[0].effort}", "replay its setpoint instead")
 
 
 def with_restarts(clock: kernel.Clock, restarts: Sequence[int]) -> kernel.Clock:
@@ -191,3 +206,107 @@ def trace(model: JointModel, t: Array, state: Array, sensed: Array, innovation: 
         state=state,
         innovation=innovation,
     )
+
+
+def simulate_record(
+    model: JointModel,
+    *,
+    replay: JointRecord | None = None,
+    faults: Sequence[TermUse] = (),
+    seed: int = 0,
+    open_loop: bool = False,
+    duration: float = 180.0,
+) -> JointRecord:
+    """Simulate telemetry of a joint; the same seed gives the same bytes.
+
+    Parameters
+    ----------
+    model : JointModel
+        The joint, with its sensors and bus.
+    replay : JointRecord, optional
+        Recording whose setpoint (effort, with `open_loop`) drives the joint, from its own initial state and at its
+        temperature; else a training trajectory of `duration` [s].
+    faults : sequence of TermUse
+        Terms beyond those of the model.
+    seed : int
+        Of noise, bus and trajectory.
+    """
+    faulty = replace(model, physics=(*model.physics, *faults))
+    mode: Mode = "open_loop" if open_loop else "closed_loop"
+    if replay is not None:
+        drive = drive_of(replay, model)
+    elif model.controller is None or open_loop:
+        raise UnusableInputError(model.name, "a training trajectory needs a controller", "add one, or give a recording")
+    else:
+        signals = training(model.axis, model.controller.sample_rate, duration, seed)
+        at_rest = Start(float(signals.setpoint[0]), 0.0, 0.0, 0.0, 0.0)
+        drive = drive_from(signals, model, at_rest)
+    require([faulty], drive, mode)
+    clock, start = noisy(drive.clock, model.sensors, seed), initial_state(faulty, drive.start)
+    gains, again = np.zeros((1, 4, 2)), np.zeros((1, 0, 5))
+    shown = run([faulty], stack([pack(faulty)]), clock, mode, start[None], gains, again, drive.t)[0]
+    if not np.isfinite(shown.position).all():
+        raise UnusableInputError(model.name, "the simulation runs away", "check inertia, stiffness, gains and terms")
+    t, channels = over_bus(drive.t, channels_of(model, drive, shown, seed), model, seed)
+    return JointRecord(
+        robot=replay.robot if replay else "simulated",
+        joint=model.name,
+        t0_ns=replay.t0_ns if replay else EPOCH_NS,
+        t=t,
+        channels=channels,
+        axis=model.axis,
+    )
+
+
+def channels_of(model: JointModel, drive: Drive, shown: Trace, seed: int) -> dict[str, Array]:
+    """Channels that the telemetry of a simulated motion carries."""
+    signals = drive.signals
+    channels = {"setpoint": signals.setpoint, "setpoint_rate": signals.setpoint_rate, "position": shown.position}
+    if model.structure == "flexible":
+        channels["motor_velocity"] = shown.motor_velocity
+    else:
+        channels["joint_velocity"] = shown.joint_velocity
+    channels[model.effort] = measured_effort(shown.effort, model.sensors, seed)
+    if signals.feedforward.any():
+        channels[f"{model.effort}_feedforward"] = signals.feedforward
+    channels["temperature"] = signals.temperature
+    return {name: values for name, values in channels.items() if np.isfinite(values).any()}
+
+
+def fault_of(text: str, axis: Axis = "rotary") -> TermUse:
+    """Read ``ID=VALUE[,NAME=VALUE...][@SECONDS]``; VALUE sets the term's first parameter, ``side=motor`` its side.
+
+    Examples
+    --------
+    >>> fault_of("cogging=2.5,order=24@30")
+    TermUse(term='cogging', values={'amplitude_nm': 2.5, 'order': 24.0}, side=None, onset=30.0)
+    """
+    body, _, onset = text.partition("@")
+    first, *others = body.split(",")
+    name, _, value = first.partition("=")
+    term = term_of(TermUse(name.strip()))
+    values, side = {term.params[0].name: _number(text, value)}, None
+    for other in others:
+        key, _, value = (part.strip() for part in other.partition("="))
+        if key == "side" and value in term.sides:
+            side = value
+            continue
+        known = {p.name if axis == "rotary" else linear_name(p.name): p for p in term.params}
+        if key not in known:
+            raise UnusableInputError(f"fault {text!r}", f"{name} has no {key!r}", nearest(key, [*known, "side"]))
+        values[known[key].name] = _number(text, value)
+    for key, number in values.items():
+        param = term.param(key)
+        if not param.low <= number <= param.high:
+            what = f"{key} = {number:g} is impossible"
+            raise UnusableInputError(f"fault {text!r}", what, f"give {param.low:g} to {param.high:g} {param.unit}")
+    return TermUse(term.name, values, side, _number(text, onset) if onset else None)
+
+
+def _number(text: str, value: str) -> float:
+    """Read a number of a fault, or say what is wrong with it."""
+    try:
+        return float(value)
+    except ValueError:
+        what = f"{value!r} is not a number"
+        raise UnusableInputError(f"fault {text!r}", what, "write ID=VALUE or ID=VALUE@SECONDS") from None

@@ -41,6 +41,8 @@ STAGES = (
     "modelfile",
     "packed",
     "drive",
+    "training",
+    "telemetry",
     "simulate",
     "fit",
     "reconcile",
