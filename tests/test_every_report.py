@@ -62,7 +62,7 @@ def test_csv_has_a_row_per_joint_and_no_cell_is_a_formula() -> None:
 def test_html_shows_every_finding_and_nothing_in_it_is_markup() -> None:
     page = written("html", *HOSTILE)
     for joint in HOSTILE:
-        assert html.escape(f"residual of {joint}", quote=False) in page.replace("&#34;", '"').replace("&#39;", "'")
+        assert html.escape(f"Residual of {joint}", quote=False) in page.replace("&#34;", '"').replace("&#39;", "'")
     for smuggled in ("<script>alert", "<img src=x", "<b>arm", "<i>night", "<u>bad"):
         assert smuggled not in page
     assert "cut short &amp; odd" in page

@@ -21,7 +21,7 @@ class Analysis:
     verdicts : tuple of Verdict
         One for each joint.
     records : tuple of JointRecord
-        The telemetry that the verdicts speak of, for the plots.
+        The telemetry that each verdict speaks of, in the same order, for the plots; or none.
     problems : tuple of Problem
         What was damaged, cut short or left out.
     """
@@ -34,6 +34,11 @@ class Analysis:
     verdicts: tuple[Verdict, ...]
     records: tuple[JointRecord, ...] = ()
     problems: tuple[Problem, ...] = ()
+
+
+def paired(analysis: Analysis) -> list[tuple[Verdict, JointRecord | None]]:
+    """Give each verdict with the telemetry that it speaks of."""
+    return list(zip(analysis.verdicts, analysis.records or [None] * len(analysis.verdicts), strict=True))
 
 
 @dataclass(frozen=True, slots=True)

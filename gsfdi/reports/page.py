@@ -36,7 +36,7 @@ def environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters.update(words=words, number=number, percent=percent, chance=chance, local=local)
+    templates.filters.update(words=words, number=number, percent=percent, chance=chance, local=local, sentence=sentence)
     return templates
 
 
@@ -111,6 +111,17 @@ def chance(p_value: float | None) -> str:
     if p_value < 1e-300:
         return "< 1e−300"
     return f"{p_value:.2g}" if p_value >= 0.001 else f"{p_value:.0e}".replace("e-0", "e-").replace("-", "−")
+
+
+def sentence(text: str) -> str:
+    """Begin with a capital and end with a stop.
+
+    Examples
+    --------
+    >>> sentence("the residual of SH1 stays low")
+    'The residual of SH1 stays low.'
+    """
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
 def local(name: str) -> str:

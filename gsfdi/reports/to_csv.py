@@ -4,7 +4,7 @@ import csv
 import io
 import json
 
-from gsfdi.reports import Analysis, Report
+from gsfdi.reports import Analysis, Report, paired
 from gsfdi.reports.to_json import Json, joint_object
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
@@ -49,8 +49,8 @@ def cell(value: Json) -> str:
 def write(analysis: Analysis) -> str:
     """Write `analysis` as ``verdicts.csv``."""
     rows = []
-    for verdict in analysis.verdicts:
-        joint = joint_object(verdict)
+    for verdict, record in paired(analysis):
+        joint = joint_object(verdict, record)
         del joint["findings"]
         rows.append(flat(joint))
     columns = list(dict.fromkeys([*COLUMNS, *(name for row in rows for name in row)]))

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from gsfdi.reports import Analysis, Report
-from gsfdi.reports.page import Figure, number, render, words
-from gsfdi.reports.verdict_plots import evidence_figures, signal_figures
+from gsfdi.reports import Analysis, Report, paired
+from gsfdi.reports.page import Figure, number, plotted, render, words
+from gsfdi.reports.verdict_plots import evidence_figures, signal_plots
 from gsfdi.types import Finding, JointRecord, Level, Verdict
 
 WORST_FIRST: tuple[Level, ...] = (
@@ -29,6 +29,10 @@ ACTIONS = {
 }
 
 
+TELLING = 2
+"""Signals that stand beside the evidence: effort and tracking error."""
+
+
 @dataclass(frozen=True, slots=True)
 class JointPart:
     """What the page says of one joint."""
@@ -44,15 +48,16 @@ class JointPart:
 
 def part(index: int, verdict: Verdict, record: JointRecord | None, columns: int) -> JointPart:
     """Gather what the page says of one joint; the plots of a quiet joint wait behind a click."""
-    signals = signal_figures(record, verdict.onset_s, columns) if record is not None else []
-    shown = evidence_figures(verdict, columns)
+    plots = signal_plots(record, verdict.onset_s) if record is not None else {}
+    signals = [plotted(plot, columns=columns) for plot in plots.values()]
+    shown = evidence_figures(verdict, columns) + signals[:TELLING]
     quiet = verdict.verdict == "normal"
     return JointPart(
         anchor=f"joint-{index}",
         verdict=verdict,
         action=ACTIONS[verdict.action],
         leading=[] if quiet else shown,
-        further=shown + signals if quiet else signals,
+        further=shown + signals[TELLING:] if quiet else signals[TELLING:],
         findings=sorted(verdict.findings, key=lambda finding: (not finding.alarm, finding.p_value)),
         quality=quality_rows(record.quality if record is not None else {}),
     )
@@ -98,8 +103,8 @@ def headline(verdicts: list[Verdict]) -> str:
 
 def write(analysis: Analysis) -> str:
     """Write `analysis` as one self-contained page."""
-    verdicts = sorted(analysis.verdicts, key=lambda verdict: WORST_FIRST.index(verdict.verdict))
-    records = {record.joint: record for record in analysis.records}
+    pairs = sorted(paired(analysis), key=lambda pair: WORST_FIRST.index(pair[0].verdict))
+    verdicts = [verdict for verdict, _ in pairs]
     # A page stays under 2 MB however many joints it shows: the more there are, the fewer points each curve keeps.
     columns = max(60, min(260, 4000 // max(len(verdicts), 1)))
     counts = Counter(verdict.verdict for verdict in verdicts)
@@ -108,7 +113,7 @@ def write(analysis: Analysis) -> str:
         {
             "headline": headline(verdicts),
             "tally": [(level, counts[level]) for level in WORST_FIRST if counts[level]],
-            "joints": [part(i, verdict, records.get(verdict.joint), columns) for i, verdict in enumerate(verdicts)],
+            "joints": [part(i, verdict, record, columns) for i, (verdict, record) in enumerate(pairs)],
             "robots": ", ".join(sorted({record.robot for record in analysis.records if record.robot})),
             "recorded": recorded(analysis.records),
             "problems": analysis.problems,

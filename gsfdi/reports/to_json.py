@@ -7,8 +7,8 @@ from datetime import date, datetime
 
 import numpy as np
 
-from gsfdi.reports import Analysis, Report
-from gsfdi.types import Verdict
+from gsfdi.reports import Analysis, Report, paired
+from gsfdi.types import JointRecord, Verdict
 
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
 
@@ -34,11 +34,12 @@ def strict(value: object) -> Json:
     return value.isoformat() if isinstance(value, date | datetime) else str(value)
 
 
-def joint_object(verdict: Verdict) -> dict[str, Json]:
+def joint_object(verdict: Verdict, record: JointRecord | None) -> dict[str, Json]:
     """Give one joint's verdict as the published format has it, and its findings without their arrays."""
     due = verdict.due
     return {
         "joint": verdict.joint,
+        "robot": record.robot if record is not None else None,
         "verdict": verdict.verdict,
         "action": verdict.action,
         "component": verdict.component,
@@ -73,7 +74,7 @@ def write(analysis: Analysis) -> str:
         "made": analysis.made,
         "batch": {"path": analysis.batch_path, "sha256": analysis.batch_sha256},
         "baseline": {"name": analysis.baseline_name, "sha256": analysis.baseline_sha256},
-        "joints": [joint_object(verdict) for verdict in analysis.verdicts],
+        "joints": [joint_object(verdict, record) for verdict, record in paired(analysis)],
         "problems": [
             {"path": problem.path, "kind": problem.kind, "what": problem.what, "mend": problem.mend}
             for problem in analysis.problems

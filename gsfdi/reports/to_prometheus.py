@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from typing import get_args
 
-from gsfdi.reports import Analysis, Report
-from gsfdi.types import Level, Verdict
+from gsfdi.reports import Analysis, Report, paired
+from gsfdi.types import JointRecord, Level, Verdict
 
 
 def label(value: object) -> str:
@@ -20,31 +20,30 @@ def label(value: object) -> str:
     return f'"{text}"'
 
 
-def joint_label(verdict: Verdict, robots: dict[str, str]) -> str:
+def joint_label(verdict: Verdict, record: JointRecord | None) -> str:
     """Name the robot and joint that a gauge speaks of."""
-    return f"robot={label(robots.get(verdict.joint, ''))},joint={label(verdict.joint)}"
+    return f"robot={label(record.robot if record is not None else '')},joint={label(verdict.joint)}"
 
 
 def gauges(analysis: Analysis) -> Iterator[str]:
     """Give the lines of the file."""
-    robots = {record.joint: record.robot for record in analysis.records}
     yield "# HELP gsfdi_joint_verdict Whether this is the joint's verdict."
     yield "# TYPE gsfdi_joint_verdict gauge"
-    for verdict in analysis.verdicts:
+    for verdict, record in paired(analysis):
         for level in get_args(Level):
-            names = f"{joint_label(verdict, robots)},verdict={label(level)}"
+            names = f"{joint_label(verdict, record)},verdict={label(level)}"
             yield f"gsfdi_joint_verdict{{{names}}} {verdict.verdict == level:d}"
     yield "# HELP gsfdi_joint_fault_probability Probability of the fault that is named."
     yield "# TYPE gsfdi_joint_fault_probability gauge"
-    for verdict in analysis.verdicts:
+    for verdict, record in paired(analysis):
         if verdict.fault is not None and verdict.fault_probability is not None:
-            names = f"{joint_label(verdict, robots)},fault={label(verdict.fault)}"
+            names = f"{joint_label(verdict, record)},fault={label(verdict.fault)}"
             yield f"gsfdi_joint_fault_probability{{{names}}} {verdict.fault_probability:.6g}"
     yield "# HELP gsfdi_joint_due_timestamp_seconds When maintenance is due."
     yield "# TYPE gsfdi_joint_due_timestamp_seconds gauge"
-    for verdict in analysis.verdicts:
+    for verdict, record in paired(analysis):
         if verdict.due.when:
-            yield f"gsfdi_joint_due_timestamp_seconds{{{joint_label(verdict, robots)}}} {seconds(verdict.due.when):.0f}"
+            yield f"gsfdi_joint_due_timestamp_seconds{{{joint_label(verdict, record)}}} {seconds(verdict.due.when):.0f}"
     yield "# HELP gsfdi_batch_problems Inputs that were damaged, cut short or left out."
     yield "# TYPE gsfdi_batch_problems gauge"
     yield f"gsfdi_batch_problems {sum(problem.kind != 'note' for problem in analysis.problems)}"

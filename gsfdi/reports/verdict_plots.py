@@ -1,16 +1,21 @@
-"""The plots that carry a verdict: the joint's signals, and what each detector left as evidence."""
+"""The plots that carry a verdict: the joint's signals, and what each detector left as evidence.
 
-from collections.abc import Iterator, Mapping
+`gsfdi.diagnosis` documents the evidence by detector. What is not drawn here by name, such as the evidence of a detector
+that somebody added, is drawn by its shape: arrays as long as ``t`` as curves, numbers by name as bars.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from gsfdi.channels import CHANNELS
-from gsfdi.reports.page import Figure, plotted, words
+from gsfdi.reports.page import Figure, number, plotted, sentence, words
 from gsfdi.svg import Bar, Instant, Level, Line, Mark, Plot, draw_bars
 from gsfdi.types import Array, Finding, JointRecord, Verdict
 
-TIME_KEYS = ("t", "time", "time_s", "t_s")
+Evidence = Mapping[str, Any]
 
 
 def onset(onset_s: float | None) -> tuple[Mark, ...]:
@@ -18,82 +23,180 @@ def onset(onset_s: float | None) -> tuple[Mark, ...]:
     return () if onset_s is None else (Instant(onset_s, f"onset {onset_s:.4g} s"),)
 
 
-def signal_figures(record: JointRecord, onset_s: float | None, columns: int) -> list[Figure]:
-    """Draw what was commanded and measured."""
-    return [plotted(plot, columns=columns) for plot in signal_plots(record, onset_s)]
+def signal_plots(record: JointRecord, onset_s: float | None) -> dict[str, Plot]:
+    """Plot what was commanded and measured, as far as it was recorded; what tells most comes first.
 
+    Parameters
+    ----------
+    record : JointRecord
+        The joint's telemetry.
+    onset_s : float, optional
+        When the fault set in [s].
+    """
+    t, plots = record.t, {}
 
-def signal_plots(record: JointRecord, onset_s: float | None) -> Iterator[Plot]:
-    """Give position and setpoint, tracking error, velocities and effort, as far as they were recorded."""
-    t, marks, joint = record.t, onset(onset_s), record.joint
-
-    def plot(title: str, description: str, channel: str, *curves: Mark) -> Plot:
+    def add(name: str, caption: str, channel: str, *curves: Mark) -> None:
         unit = CHANNELS[channel].unit(record.axis)
-        return Plot(f"{joint}: {title}", description, (*curves, *marks), y_label=title, y_unit=unit)
+        marks = (*curves, *onset(onset_s))
+        plots[name] = Plot(f"{record.joint}: {name}", caption, marks, y_label=name, y_unit=unit)
 
-    if "position" in record:
-        position = Line(t, record["position"], "measured")
-        command = (Line(t, record["setpoint"], "setpoint", "command"),) if "setpoint" in record else ()
-        yield plot("position", "Position, as commanded and as measured.", "position", *command, position)
+    if record.effort in record:
+        caption = "What the drive had to spend; under a controller faults show here first."
+        add(words(record.effort), caption, record.effort, Line(t, record[record.effort], "measured"))
     if "position" in record and "setpoint" in record:
         error = Line(t, record["setpoint"] - record["position"], "setpoint − measured")
-        yield plot("tracking error", "Tracking error: the controller hides most faults here.", "position", error)
-    for channel in ("motor_velocity", "joint_velocity"):
+        add("tracking error", "Tracking error; the controller keeps most faults out of it.", "position", error)
+    if "position" in record:
+        command = (Line(t, record["setpoint"], "setpoint", "command"),) if "setpoint" in record else ()
+        curves = (*command, Line(t, record["position"], "measured"))
+        add("position", "Position, as commanded and as measured.", "position", *curves)
+    for channel in ("motor_velocity", "joint_velocity", "temperature"):
         if channel in record:
-            yield plot(
-                words(channel),
-                f"{words(channel).capitalize()}, measured.",
-                channel,
-                Line(t, record[channel], "measured"),
-            )
-    if record.effort in record:
-        effort = Line(t, record[record.effort], "measured")
-        yield plot(words(record.effort), "What the controller had to spend: faults show here.", record.effort, effort)
-    if "temperature" in record:
-        yield plot("temperature", "Joint temperature.", "temperature", Line(t, record["temperature"], "measured"))
+            name = words(channel)
+            add(name, f"{name.capitalize()}, as measured.", channel, Line(t, record[channel], "measured"))
+    return plots
 
 
 def evidence_figures(verdict: Verdict, columns: int) -> list[Figure]:
-    """Draw the evidence of every finding, alarms first."""
-    findings = sorted(verdict.findings, key=lambda finding: (not finding.alarm, finding.p_value))
-    return [figure for finding in findings for figure in finding_figures(finding, columns)]
+    """Draw the evidence of every finding: the diagnosis, then the alarms, then the rest."""
+    order = sorted(verdict.findings, key=lambda one: (one.detector != "diagnosis", not one.alarm, one.p_value))
+    return [figure for finding in order for figure in drawer(finding)(finding, columns)]
 
 
-def finding_figures(finding: Finding, columns: int) -> Iterator[Figure]:
-    """Draw what one detector left: its arrays over time, its numbers by name as bars."""
-    evidence = finding.evidence
-    times = next((np.asarray(evidence[key], float) for key in TIME_KEYS if key in evidence), None)
-    if times is not None:
-        curves = {
-            key: array for key, array in arrays(evidence).items() if array.size == times.size and key not in TIME_KEYS
-        }
-        marks: list[Mark] = [Line(times, array, words(key)) for key, array in curves.items()]
-        if marks:
-            yield plotted(
-                Plot(
-                    f"{finding.joint}: {words(finding.detector)}",
-                    finding.sentence,
-                    (*marks, Level(finding.threshold, "threshold"), *onset(finding.onset_s)),
-                    y_label="statistic",
-                    y_unit=finding.unit,
-                ),
-                columns=columns,
-            )
-    for key, value in evidence.items():
+def watched(
+    finding: Finding, columns: int, values: str = "residual", limit: str = "threshold", times: str = "t", **said: str
+) -> Iterator[Figure]:
+    """Draw a statistic over time with its threshold and the onset.
+
+    Parameters
+    ----------
+    finding : Finding
+        What the detector saw.
+    columns : int
+        Resolution of the drawing.
+    values, limit, times : str
+        Keys of the statistic, its threshold and its times among the evidence.
+    **said : str
+        ``name`` and ``unit`` of the statistic, and the ``caption``.
+    """
+    evidence: Evidence = finding.evidence
+    if not np.size(evidence.get(values, ())):
+        return
+    statistic = np.asarray(evidence[values], float)
+    marks: list[Mark] = [Line(evidence[times], statistic, said["name"])]
+    bound = evidence.get(limit)
+    if bound is not None:
+        marks.append(Level(float(bound), "threshold"))
+        if np.nanmin(statistic, initial=0.0) < 0:
+            marks.append(Level(-float(bound), "threshold"))
+    if finding.alarm:
+        marks += onset(finding.onset_s)
+    title = f"{finding.joint}: {said['name']}"
+    yield plotted(
+        Plot(title, said["caption"], tuple(marks), y_label=said["name"], y_unit=said["unit"]), columns=columns
+    )
+
+
+def ranked(finding: Finding, title: str, caption: str, bars: Sequence[Bar], limit: float = 0.0) -> Iterator[Figure]:
+    """Draw a ranking."""
+    if bars:
+        spoken = "; ".join(f"{bar.label} {bar.value:.3g}" for bar in bars)
+        yield Figure(caption, Markup(draw_bars(f"{finding.joint}: {title}", spoken, bars, limit)))
+
+
+def diagnosis(finding: Finding, columns: int) -> Iterator[Figure]:
+    """Draw the candidate faults by probability, with size and cosine."""
+    evidence: Evidence = finding.evidence
+    shares = enumerate(zip(evidence["names"], evidence["probabilities"], strict=True))
+    bars = [Bar(words(name), float(share), tone="quiet" if i else "alarm") for i, (name, share) in shares]
+    yield from ranked(finding, "fault probabilities", "How probable each fault is.", bars, 1.0)
+    cosines = zip(evidence["names"], evidence["cosines"], strict=True)
+    bars = [Bar(words(name), float(cosine), tone="quiet") for name, cosine in cosines]
+    caption = "How alike this batch's fingerprint and that of each known failure are (cosine; 1 is the same)."
+    yield from ranked(finding, "cosines", caption, bars, 1.0)
+
+
+def innovations(finding: Finding, columns: int) -> Iterator[Figure]:
+    """Draw how far the innovations lean towards the most likely fault."""
+    caption = "Innovations, summed along the most likely fault: how far the batch leans towards it."
+    yield from watched(finding, columns, name="lean", unit="1", caption=f"{caption} {sentence(finding.sentence)}")
+
+
+def parity(finding: Finding, columns: int) -> Iterator[Figure]:
+    """Draw the parity residual of the long window and of the paper's three samples."""
+    yield from watched(
+        finding, columns, name="parity residual", unit=finding.unit, caption="Parity residual over the long window."
+    )
+    caption = "Parity residual over three samples, as in the paper: quick, and blind in noise."
+    yield from watched(
+        finding,
+        columns,
+        "residual3",
+        "threshold3",
+        "t3" if "t3" in finding.evidence else "t",
+        name="parity residual",
+        unit=finding.unit,
+        caption=caption,
+    )
+
+
+def identified(finding: Finding, columns: int) -> Iterator[Figure]:
+    """Draw the subspace angles and what the Markov parameters say of the input matrix."""
+    caption = "Largest principal angle between the identified subspace and the baseline's, block by block."
+    yield from watched(finding, columns, "angles", name="angle", unit="rad", caption=caption)
+    caption = "Deviation of the Markov parameters, block by block: the second step, which sees what angles cannot."
+    yield from watched(finding, columns, "markov", "markov_threshold", name="deviation", unit="1", caption=caption)
+
+
+def signals(finding: Finding, columns: int) -> Iterator[Figure]:
+    """Draw which features of the signals stand out."""
+    evidence: Evidence = finding.evidence
+    scored = sorted(zip(evidence["features"], np.abs(evidence["scores"]), strict=True), key=lambda pair: -pair[1])
+    bound = float(evidence["threshold"])
+    bars = [Bar(words(name), float(score), tone="alarm" if score > bound else "quiet") for name, score in scored[:8]]
+    caption = f"Features of the signals by their deviation from the baseline's batches; {number(bound)} alarms."
+    yield from ranked(finding, "features", caption, bars, bound)
+
+
+def by_shape(finding: Finding, columns: int) -> Iterator[Figure]:
+    """Draw evidence that nothing is known of: arrays over ``t`` as curves, numbers by name as bars."""
+    curves = curves_of(finding.evidence)
+    if curves:
+        marks = (*curves, Level(finding.threshold, "threshold"), *onset(finding.onset_s))
+        title = f"{finding.joint}: {words(finding.detector)}"
+        yield plotted(Plot(title, finding.sentence, marks, y_label="statistic", y_unit=finding.unit), columns=columns)
+    for key, value in finding.evidence.items():
         if isinstance(value, Mapping) and value and all(isinstance(item, int | float) for item in value.values()):
-            ranked = sorted(((str(name), float(item)) for name, item in value.items()), key=lambda pair: -pair[1])[:8]
-            bars = [Bar(words(name), item) for name, item in ranked]
-            title = f"{finding.joint}: {words(key)} ({words(finding.detector)})"
-            drawing = draw_bars(title, ", ".join(f"{bar.label} {bar.value:.3g}" for bar in bars), bars)
-            yield Figure(f"{words(key).capitalize()} ({words(finding.detector)}).", Markup(drawing))
+            rows = sorted(((words(name), float(item)) for name, item in value.items()), key=lambda pair: -pair[1])
+            caption = f"{words(key).capitalize()} ({words(finding.detector)})."
+            yield from ranked(finding, words(key), caption, [Bar(name, item) for name, item in rows[:8]])
 
 
-def arrays(evidence: Mapping[str, object]) -> dict[str, Array]:
-    """Pick the one-dimensional numeric arrays of a finding's evidence."""
-    found = {}
+def curves_of(evidence: Evidence) -> list[Line]:
+    """Pick the numeric arrays that are as long as ``t``."""
+    times = np.asarray(evidence.get("t", ()), float)
+    found: dict[str, Array] = {}
     for key, value in evidence.items():
-        if isinstance(value, np.ndarray | list | tuple):
+        if key != "t" and isinstance(value, np.ndarray | list | tuple) and np.shape(value) == times.shape:
             array = np.asarray(value)
-            if array.ndim == 1 and array.dtype.kind in "fiub":
+            if array.dtype.kind in "fiub":
                 found[key] = array.astype(np.float64)
-    return found
+    return [Line(times, array, words(key)) for key, array in found.items()]
+
+
+Drawer = Callable[[Finding, int], Iterator[Figure]]
+
+DRAWN: dict[str, tuple[Drawer, tuple[str, ...]]] = {
+    "diagnosis": (diagnosis, ("names", "probabilities", "cosines")),
+    "innovations": (innovations, ("t", "residual")),
+    "parity": (parity, ("t", "residual")),
+    "smi": (identified, ("t", "angles")),
+    "signals": (signals, ("features", "scores", "threshold")),
+}
+"""How the evidence of each detector is drawn, and what it must hold for that."""
+
+
+def drawer(finding: Finding) -> Drawer:
+    """Choose how to draw a finding."""
+    draw, needs = DRAWN.get(finding.detector, (by_shape, ()))
+    return draw if all(key in finding.evidence for key in needs) else by_shape
