@@ -17,7 +17,7 @@ from gsfdi.console import Progress, fail, start_log
 from gsfdi.errors import GsfdiError, UnusableInputError
 
 if TYPE_CHECKING:
-    from gsfdi.pipeline import Outcome
+    from gsfdi.pipeline.outcome import Outcome
 
 LEVELS = ("warning", "distress", "critical")
 DONE, FAILED_ON, UNUSABLE, DAMAGED, INTERRUPTED = 0, 1, 2, 3, 130
@@ -148,12 +148,12 @@ def ingest(
       gsfdi ingest odd.csv --dry-run
     """
     start_log(verbose, quiet)
-    from gsfdi import pipeline
+    from gsfdi.pipeline import ingest as stage
 
     if dry_run:
-        return show(pipeline.describe(sources, mappings), as_json)
+        return show(stage.describe(sources, mappings), as_json)
     with Progress(quiet) as progress:
-        outcome = pipeline.ingest(sources, store=store, mappings=mappings, joints=joints, progress=progress)
+        outcome = stage.ingest(sources, store=store, mappings=mappings, joints=joints, progress=progress)
     return show(outcome, as_json)
 
 
@@ -190,17 +190,18 @@ def baseline(
       gsfdi baseline week-31/ --name after-repair
     """
     start_log(verbose, quiet)
-    from gsfdi import pipeline
+    from gsfdi.pipeline import baseline as stage
+    from gsfdi.workers import Crew
 
     with Progress(quiet) as progress:
-        outcome = pipeline.baseline(
+        outcome = stage.baseline(
             sources,
             store=store,
             mappings=mappings,
             joints=joints,
             model=model,
             name=name,
-            crew=pipeline.Crew(jobs, scheduler),
+            crew=Crew(jobs, scheduler),
             progress=progress,
         )
     return show(outcome, as_json)
@@ -243,10 +244,11 @@ def analyze(
       gsfdi analyze tonight.parquet --joint SH1 --json | jq '.joints[0].says'
     """
     start_log(verbose, quiet)
-    from gsfdi import pipeline
+    from gsfdi.pipeline import analyze as stage
+    from gsfdi.workers import Crew
 
     with Progress(quiet) as progress:
-        outcome = pipeline.analyze(
+        outcome = stage.analyze(
             sources,
             store=store,
             mappings=mappings,
@@ -254,7 +256,7 @@ def analyze(
             name=name,
             model=model,
             out=out,
-            crew=pipeline.Crew(jobs, scheduler),
+            crew=Crew(jobs, scheduler),
             progress=progress,
         )
     return show(outcome, as_json, fail_on)
@@ -279,7 +281,14 @@ def analyze(
     help="A term of physics or a fault, from its onset on; may be repeated. 'gsfdi terms' lists the ids.",
 )
 @click.option("--open-loop", is_flag=True, help="Drive the recorded current instead of closing the loop.")
-@click.option("--duration", type=click.FloatRange(min=0.0, min_open=True), help="Seconds to simulate without --replay.")
+@click.option(
+    "--duration",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=180.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="How long to simulate without --replay.",
+)
 @SEED
 @click.option(
     "--out",
@@ -296,7 +305,7 @@ def simulate(
     joints: Sequence[str],
     faults: Sequence[str],
     open_loop: bool,
-    duration: float | None,
+    duration: float,
     seed: int,
     out: Path,
     as_json: bool,
@@ -315,9 +324,9 @@ def simulate(
       gsfdi simulate --model SH1.updated_model.toml --replay slew.parquet --out replay.parquet
     """
     start_log(verbose, quiet)
-    from gsfdi import pipeline
+    from gsfdi.pipeline import simulate as stage
 
-    outcome = pipeline.simulate(
+    outcome = stage.simulate(
         model,
         replay=replay,
         mappings=mappings,
@@ -370,17 +379,18 @@ def reconcile(
       gsfdi reconcile monday.mcap --model arm.toml --joint EL1 --jobs 2
     """
     start_log(verbose, quiet)
-    from gsfdi import pipeline
+    from gsfdi.pipeline import reconcile as stage
+    from gsfdi.workers import Crew
 
     with Progress(quiet) as progress:
-        outcome = pipeline.reconcile(
+        outcome = stage.reconcile(
             sources,
             mappings=mappings,
             joints=joints,
             model=model,
             without=without,
             out=out,
-            crew=pipeline.Crew(jobs, scheduler),
+            crew=Crew(jobs, scheduler),
             progress=progress,
         )
     return show(outcome, as_json)
@@ -426,12 +436,13 @@ def prove(
       gsfdi prove --check proof
     """
     start_log(verbose, quiet)
-    from gsfdi import pipeline
+    from gsfdi.pipeline import prove as stage
+    from gsfdi.workers import Crew
 
     if check is not None:
-        return show(pipeline.check_proof(check), as_json)
+        return show(stage.check(check), as_json)
     with Progress(quiet) as progress:
-        outcome = pipeline.prove(cases, seed=seed, out=out, crew=pipeline.Crew(jobs, None), progress=progress)
+        outcome = stage.prove(cases, seed=seed, out=out, crew=Crew(jobs, None), progress=progress)
     return show(outcome, as_json)
 
 
@@ -457,12 +468,12 @@ def nightly(config: Path, fail_on: str | None, as_json: bool, verbose: int, quie
       30 2 * * * gsfdi nightly --quiet --config /etc/gsfdi/arm-1.toml      in a crontab
     """
     start_log(verbose, quiet)
-    from gsfdi import nightly as night
     from gsfdi.config import load_night
+    from gsfdi.pipeline import nightly as stage
 
     settings = load_night(config)
     with Progress(quiet) as progress:
-        outcome = night.run(settings, progress=progress)
+        outcome = stage.nightly(settings, progress=progress)
     return show(outcome, as_json, fail_on or settings.fail_on)
 
 
@@ -478,9 +489,9 @@ def terms(names: Sequence[str], as_json: bool, verbose: int, quiet: bool) -> int
       gsfdi terms stribeck_friction backlash
     """
     start_log(verbose, quiet)
-    from gsfdi import pipeline
+    from gsfdi.pipeline import terms as stage
 
-    return show(pipeline.terms(names), as_json)
+    return show(stage.terms(names), as_json)
 
 
 @cli.command()

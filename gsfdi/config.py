@@ -3,13 +3,11 @@
 Paths are taken from the folder of the file, so that cron's working folder does not matter.
 """
 
-import tomllib
-from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gsfdi.errors import UnusableInputError, nearest
+from gsfdi.toml_lines import Place, read
 
 SCHEMA = "gsfdi/nightly/1"
 
@@ -42,8 +40,8 @@ class Night:
         Level of a verdict from which the exit status is 1.
     settle_s : float
         A file changed less than this ago is left for the next run, as it may still be arriving [s].
-    stale_after_days : float
-        A joint of the baseline whose newest telemetry is older than this is ``stale`` [d].
+    stale_after_days : float or None
+        A joint of the baseline whose newest telemetry is older than this is ``stale`` [d]; None for never.
     reconcile : bool
         Whether joints that alarm are handed to reconcile, so that the verdict names a cause.
     reports : tuple of str
@@ -61,24 +59,13 @@ class Night:
     scheduler: str | None = None
     fail_on: str | None = None
     settle_s: float = 0.0
-    stale_after_days: float = 7.0
+    stale_after_days: float | None = None
     reconcile: bool = True
     reports: tuple[str, ...] = ()
 
 
-_PATHS = ("inbox", "out", "store", "model")
-_KINDS: Mapping[str, tuple[type, ...]] = {
-    "jobs": (int,),
-    "settle_s": (int, float),
-    "stale_after_days": (int, float),
-    "reconcile": (bool,),
-    "mappings": (list,),
-    "joints": (list,),
-    "reports": (list,),
-}
-"""What TOML gives for a key; text for all others."""
-_SPOKEN = {int: "a whole number", float: "a number", bool: "true or false", list: "a list of texts", str: "a text"}
 LEVELS = ("warning", "distress", "critical")
+YEAR = 366.0
 
 
 def load_night(path: Path) -> Night:
@@ -97,52 +84,53 @@ def load_night(path: Path) -> Night:
     Raises
     ------
     UnusableInputError
-        The file cannot be read, or a key or value in it cannot be used.
+        The file cannot be read, or a key or value in it cannot be used: with file, line, key and what would mend it.
     """
-    content = read_toml(path)
-    schema = content.pop("schema", SCHEMA)
-    if schema != SCHEMA:
-        raise UnusableInputError(path, f"schema {schema!r} is not {SCHEMA!r}", f"write schema = {SCHEMA!r}")
-    known = {field.name: field for field in fields(Night)}
-    for key in content:
-        if key not in known:
-            raise UnusableInputError(path, f"no setting is called {key!r}", nearest(key, known))
-    for key, field in known.items():
-        if field.default is MISSING and key not in content:
-            raise UnusableInputError(path, f"{key!r} is missing", f'write {key} = "a folder"')
+    content, lines = read(path)
+    place = Place(path, content, lines)
+    place.known(["schema", *Night.__dataclass_fields__])
+    place.choice("schema", (SCHEMA,), SCHEMA)
     home = path.absolute().parent
-    values = {key: _value(path, home, key, value) for key, value in content.items()}
-    return Night(**{"store": home / "store", **values})
+    found: dict[str, Any] = {"store": home / "store"}
+    for key in content.keys() - {"schema"}:
+        found[key] = _value(place, key, home)
+    for key in ("inbox", "out"):
+        if key not in found:
+            raise place.error(key, "is missing", f'write {key} = "a folder"')
+    return Night(**found)
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file, or say in which line it goes wrong.
+def _value(place: Place, key: str, home: Path) -> Any:
+    if key in ("inbox", "out", "store", "model"):
+        return home / Path(_text(place, key)).expanduser()
+    if key == "mappings":
+        return tuple(home / Path(one).expanduser() for one in _texts(place, key))
+    if key in ("joints", "reports"):
+        return _texts(place, key)
+    if key == "jobs":
+        return int(place.number(key, 1, 1024))
+    if key == "settle_s":
+        return place.number(key, 0, 86400.0)
+    if key == "stale_after_days":
+        return place.number(key, 0, 100 * YEAR, above=True)
+    if key == "fail_on":
+        return place.choice(key, LEVELS)
+    if key == "reconcile":
+        if not isinstance(place.table[key], bool):
+            raise place.error(key, f"{place.table[key]!r} is neither true nor false", "write true or false")
+        return place.table[key]
+    return _text(place, key)
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UnusableInputError(path, f"cannot be read: {error.strerror}", "check the path") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UnusableInputError(path, f"is no TOML: {error}", "mend that line") from error
 
-
-def _value(path: Path, home: Path, key: str, value: Any) -> Any:
-    kinds = _KINDS.get(key, (str,))
-    if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds):
-        raise UnusableInputError(path, f"{key} = {value!r} is not {_SPOKEN[kinds[-1]]}", "mend that value")
-    if isinstance(value, list):
-        if not all(isinstance(item, str) for item in value):
-            raise UnusableInputError(path, f"{key} = {value!r} is not a list of texts", "mend that value")
-        return tuple(home / item if key == "mappings" else item for item in value)
-    if key in _PATHS:
-        return home / Path(value).expanduser()
-    if key == "fail_on" and value not in LEVELS:
-        raise UnusableInputError(path, f"no level is called {value!r}", nearest(value, LEVELS))
-    if isinstance(value, int | float) and (value < 0 or (key == "jobs" and value < 1)):
-        raise UnusableInputError(path, f"{key} = {value} is too small", "give a larger one")
+def _text(place: Place, key: str) -> str:
+    value = place.table[key]
+    if not isinstance(value, str) or not value:
+        raise place.error(key, f"{value!r} is not a text", "write it in quotes")
     return value
+
+
+def _texts(place: Place, key: str) -> tuple[str, ...]:
+    value = place.table[key]
+    if not isinstance(value, list) or not all(isinstance(item, str) and item for item in value):
+        raise place.error(key, f"{value!r} is not a list of texts", 'write ["one", "another"]')
+    return tuple(value)

@@ -29,6 +29,7 @@ GROUND = (
     "model",
     "replay",
     "atomic",
+    "canonical_mcap",
 )
 SHELVES = ("readers", "terms", "detectors", "reports")
 STAGES = (

@@ -20,17 +20,19 @@ from typing import Any
 
 import filelock
 
-from gsfdi import pipeline
 from gsfdi.atomic import sync_folder, write_text
 from gsfdi.config import Night
 from gsfdi.errors import LockedError, UnusableInputError
-from gsfdi.pipeline import Outcome
+from gsfdi.pipeline.analyze import analyze
+from gsfdi.pipeline.ingest import ingest
+from gsfdi.pipeline.outcome import Outcome, need
 from gsfdi.types import Problem
 from gsfdi.workers import Crew, Report, silent
 
 LOG = logging.getLogger("gsfdi")
 HISTORY = "history.jsonl"
 NIGHT = "night.json"
+DAY = 86400.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +43,7 @@ class Arrival:
     sha256: str
 
 
-def run(settings: Night, *, progress: Report = silent, now: datetime | None = None) -> Outcome:
+def nightly(settings: Night, *, progress: Report = silent, now: datetime | None = None) -> Outcome:
     """Do one night's work.
 
     Parameters
@@ -69,12 +71,13 @@ def run(settings: Night, *, progress: Report = silent, now: datetime | None = No
     lock = filelock.FileLock(settings.out / ".lock")
     try:
         with lock.acquire(timeout=0):
-            return _run(settings, progress, now or datetime.now(UTC))
+            return make(settings, progress, now or datetime.now(UTC))
     except filelock.Timeout as error:
         raise LockedError(settings.out, "another run is at work here", "let it finish, or end it") from error
 
 
-def _run(settings: Night, progress: Report, now: datetime) -> Outcome:
+def make(settings: Night, progress: Report, now: datetime) -> Outcome:
+    """Do the work of one night while the lock is held."""
     for rest in settings.out.glob(".*.making"):
         shutil.rmtree(rest)
     known = _remember(settings.out)
@@ -84,7 +87,7 @@ def _run(settings: Night, progress: Report, now: datetime) -> Outcome:
         return Outcome({"schema": "gsfdi/night/1", "folder": None, "files": []}, ["nothing new in the inbox"])
     making = settings.out / f".{now:%Y-%m-%d}.making"
     making.mkdir()
-    outcome = _work(settings, [str(one.path) for one in unique], making, progress)
+    outcome = _work(settings, [str(one.path) for one in unique], making, progress, now)
     files = [{"path": str(one.path), "sha256": one.sha256} for one in unique]
     joints = outcome.result.get("joints", [])
     night = {"schema": "gsfdi/night/1", "at": now.isoformat(timespec="seconds"), "files": files, "joints": joints}
@@ -93,32 +96,31 @@ def _run(settings: Night, progress: Report, now: datetime) -> Outcome:
     making.rename(folder)
     sync_folder(settings.out)
     _remember(settings.out)
-    if not joints:
-        first = outcome.problems[0]
-        raise UnusableInputError(first.path, first.what, first.mend)
+    need(joints, outcome.problems)
     lines = [*outcome.lines, str(folder)]
     return Outcome({**outcome.result, "folder": str(folder), "files": files}, lines, outcome.problems, outcome.levels)
 
 
-def _work(settings: Night, files: list[str], making: Path, progress: Report) -> Outcome:
+def _work(settings: Night, files: list[str], making: Path, progress: Report, now: datetime) -> Outcome:
     """Ingest and analyse; input that is wholly unusable is a night too, else it would be tried again every night."""
-    crew = Crew(settings.jobs, settings.scheduler)
-    common = {"store": settings.store, "mappings": settings.mappings, "joints": settings.joints, "progress": progress}
+    store, mappings, joints = settings.store, settings.mappings, settings.joints
     try:
-        pipeline.ingest(files, **common)
+        ingest(files, store=store, mappings=mappings, joints=joints, progress=progress)
     except UnusableInputError as error:
-        problem = Problem(error.subject, error.what, error.mend, "unusable")
-        return Outcome({"joints": []}, [], [problem])
-    return pipeline.analyze(
+        return Outcome({"joints": []}, [], [Problem(error.subject, error.what, error.mend, "unusable")])
+    return analyze(
         files,
-        **common,
+        store=store,
+        mappings=mappings,
+        joints=joints,
         name=settings.baseline,
-        model=settings.model,
+        model=settings.model if settings.reconcile else None,
         out=making,
-        crew=crew,
+        crew=Crew(settings.jobs, settings.scheduler),
+        progress=progress,
         reports=settings.reports,
-        reconcile_alarms=settings.reconcile,
-        stale_after_days=settings.stale_after_days,
+        stale_after_s=DAY * settings.stale_after_days if settings.stale_after_days is not None else None,
+        now=now,
     )
 
 

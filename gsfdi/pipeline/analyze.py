@@ -1,0 +1,314 @@
+"""``gsfdi analyze``: every joint of a batch judged against its baseline, in one pass and bounded memory."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+from queue import Queue
+
+from gsfdi import ingest as reading
+from gsfdi.atomic import write_text
+from gsfdi.baseline import Baseline, JointBaseline
+from gsfdi.diagnosis import Limits, assess, unjudged
+from gsfdi.mapping import Mapping as LogMapping
+from gsfdi.overview import Overview
+from gsfdi.pipeline.outcome import Outcome, key_of, mappings_of, need
+from gsfdi.registry import shelf
+from gsfdi.reports import Analysis
+from gsfdi.reports import Report as Form
+from gsfdi.store import Store
+from gsfdi.types import JointRecord, Problem, Verdict
+from gsfdi.workers import ALONE, Crew, Report, each, silent
+
+LARGE = 64 << 20
+"""Bytes of input from which more processes than one are worth their start."""
+USUAL = ("json", "csv", "html")
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """The part of an analysis that one process does.
+
+    Parameters
+    ----------
+    paths : tuple of Path
+        Files of the batch.
+    mappings : tuple of Mapping
+        How odd logs are read.
+    joints : tuple of str
+        Joints wanted; all if empty.
+    number, of : int
+        This share takes every `of`-th joint of the baseline, from `number`; the first also takes all unknown joints.
+    baseline : Baseline
+        What the joints are judged against.
+    now : datetime
+        When the analysis is.
+    stale_after_s : float or None
+        Age from which telemetry is stale [s].
+    """
+
+    paths: tuple[Path, ...]
+    mappings: tuple[LogMapping, ...]
+    joints: tuple[str, ...]
+    number: int
+    of: int
+    baseline: Baseline
+    now: datetime
+    stale_after_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What came of one joint."""
+
+    key: str
+    verdict: Verdict
+    record: JointRecord
+
+
+def watch(share: Share) -> tuple[list[Judged], list[Problem], dict[str, str]]:
+    """Stream the batch once and judge the joints of this share.
+
+    Parameters
+    ----------
+    share : Share
+        Files and joints.
+
+    Returns
+    -------
+    list of Judged, list of Problem, dict of str to str
+        A verdict and an overview of each joint, what went wrong, and the files' hashes.
+    """
+    problems: list[Problem] = []
+    hashes: dict[str, str] = {}
+    desks: dict[str, Desk] = {}
+    with ThreadPoolExecutor(max_workers=1024) as threads:
+        try:
+            for batch in reading.stream(share.paths, share.mappings, share.joints):
+                problems += batch.problems
+                for record in batch.records:
+                    hashes[record.source] = record.sha256
+                    known = baseline_of(share.baseline, record)
+                    if _mine(share, known):
+                        key = key_of(record)
+                        if key not in desks:
+                            desks[key] = Desk(key, record, known, share, threads)
+                        desks[key].take(record)
+        finally:
+            for desk in desks.values():
+                desk.close()
+        return [desk.judged() for desk in desks.values()], problems, hashes
+
+
+def _limits(share: Share) -> tuple[Limits, int | None]:
+    """Where verdicts change, and the time by which telemetry can be stale."""
+    if share.stale_after_s is None:
+        return Limits(), None
+    return Limits(stale_after_s=share.stale_after_s), round(share.now.timestamp() * 1e9)
+
+
+class Desk:
+    """Where one joint's pieces go: a detector battery that pulls them runs in a thread of its own.
+
+    The stream gives pieces of all joints in turn while the battery wants those of one; the short queue between them
+    is what bounds the memory.
+    """
+
+    def __init__(
+        self,
+        key: str,
+        first: JointRecord,
+        baseline: JointBaseline | None,
+        share: Share,
+        threads: ThreadPoolExecutor,
+    ) -> None:
+        self._key, self._first = key, first
+        self._overview = Overview()
+        self._queue: Queue[JointRecord | None] = Queue(maxsize=2)
+        self._verdict: Future[Verdict] | None = None
+        if baseline is not None:
+            self._verdict = threads.submit(self._judge, baseline, share)
+
+    def take(self, piece: JointRecord) -> None:
+        """Pass on one more piece."""
+        self._overview.add(piece)
+        if self._verdict is not None:
+            self._queue.put(piece)
+
+    def close(self) -> None:
+        """Say that there are no more."""
+        self._queue.put(None)
+
+    def judged(self) -> Judged:
+        """Wait for the verdict."""
+        if self._verdict is None:
+            says = (
+                f"{self._first.joint}: no baseline was learnt for this joint; run gsfdi baseline on fault-free batches"
+            )
+            verdict = unjudged(self._first.joint, "not_assessed", says)
+        else:
+            verdict = self._verdict.result()
+        return Judged(self._key, verdict, self._overview.record())
+
+    def _judge(self, baseline: JointBaseline, share: Share) -> Verdict:
+        pieces = self._pieces()
+        limits, now_ns = _limits(share)
+        try:
+            return assess(pieces, baseline, limits=limits, now_ns=now_ns)
+        finally:
+            for _ in pieces:  # whoever fills the queue must not wait for ever, whatever went wrong here
+                pass
+
+    def _pieces(self) -> Iterator[JointRecord]:
+        while (piece := self._queue.get()) is not None:
+            yield piece
+
+
+def baseline_of(baseline: Baseline, record: JointRecord) -> JointBaseline | None:
+    """Find what is known of a record's joint: of its robot, else of the only joint of that name.
+
+    Parameters
+    ----------
+    baseline : Baseline
+        All that is known.
+    record : JointRecord
+        Telemetry; canonical files of other programs name no robot.
+    """
+    exact = baseline.joints.get(key_of(record))
+    alike = [one for one in baseline.joints.values() if one.joint == record.joint]
+    return exact or (alike[0] if len(alike) == 1 else None)
+
+
+def _mine(share: Share, known: JointBaseline | None) -> bool:
+    if known is None:
+        return share.number == 0
+    return list(share.baseline.joints.values()).index(known) % share.of == share.number
+
+
+def analyze(
+    sources: Sequence[str],
+    *,
+    store: Path,
+    out: Path,
+    mappings: Sequence[Path] = (),
+    joints: Sequence[str] = (),
+    name: str = "default",
+    model: Path | None = None,
+    crew: Crew = ALONE,
+    progress: Report = silent,
+    reports: Sequence[str] = (),
+    now: datetime | None = None,
+    stale_after_s: float | None = None,
+) -> Outcome:
+    """Judge every joint of a batch, and write the reports.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Files, folders, globs: together one batch.
+    store : Path
+        The store that holds baseline and history.
+    out : Path
+        Folder for the reports.
+    mappings : sequence of Path
+        Mapping files.
+    joints : sequence of str
+        Joints wanted; all if empty.
+    name : str
+        Name of the baseline.
+    model : Path, optional
+        Model file, for reconcile to start from where a verdict lacks a cause.
+    crew : Crew
+        Who does the work.
+    progress : callable
+        Told how far the work has come.
+    reports : sequence of str
+        Reports beyond the usual three.
+    now : datetime, optional
+        When the analysis is; the present moment by default.
+    stale_after_s : float, optional
+        Age from which telemetry is stale [s]; never by default.
+    """
+    now = now or datetime.now(UTC)
+    keep = Store(store)
+    content, digest = keep.load_baseline(name)
+    baseline = Baseline.from_dict(content)
+    paths = tuple(reading.gather(sources))
+    size = sum(path.stat().st_size for path in paths)
+    parts = min(crew.size, len(baseline.joints)) if crew.scheduler or size >= LARGE else 1
+    loaded = mappings_of(mappings)
+    shares = [
+        Share(paths, loaded, tuple(joints), number, parts, baseline, now, stale_after_s) for number in range(parts)
+    ]
+    done = each(watch, shares, crew, progress, "analysis")
+    judged = [one for some, _, _ in done for one in some]
+    problems = list(dict.fromkeys(problem for _, some, _ in done for problem in some))
+    need(judged, problems)
+    hashes = {path: digest for _, _, some in done for path, digest in some.items()}
+    analysis = Analysis(
+        batch_path=common(hashes),
+        batch_sha256=together(hashes),
+        baseline_name=name,
+        baseline_sha256=digest,
+        made=now.isoformat(timespec="seconds"),
+        verdicts=tuple(one.verdict for one in judged),
+        records=tuple(one.record for one in judged),
+        problems=tuple(problems),
+    )
+    written = write_reports(analysis, out, [*USUAL, *reports])
+    lines = [f"{one.verdict.verdict:12} {one.verdict.says}" for one in judged]
+    result = json.loads((out / "verdicts.json").read_text(encoding="utf-8"))
+    return Outcome(result, [*lines, *map(str, written)], problems, [one.verdict.verdict for one in judged])
+
+
+def write_reports(analysis: Analysis, out: Path, names: Sequence[str]) -> list[Path]:
+    """Write the reports called `names` into `out`.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        What they tell.
+    out : Path
+        Folder.
+    names : sequence of str
+        Names on the shelf of reports.
+    """
+    forms = shelf("gsfdi.reports", Form)
+    written = []
+    for name in dict.fromkeys(names):
+        path = out / forms[name].filename
+        write_text(path, forms[name].write(analysis))
+        written.append(path)
+    return written
+
+
+def common(hashes: Mapping[str, str]) -> str:
+    """One path for a batch: its only file, or the folder that its files share.
+
+    Parameters
+    ----------
+    hashes : mapping of str to str
+        Path -> SHA-256.
+    """
+    paths = [Path(path) for path in hashes]
+    folder = (
+        paths[0]
+        if len(paths) == 1
+        else next((p for p in paths[0].parents if all(p in q.parents for q in paths)), Path())
+    )
+    return str(folder)
+
+
+def together(hashes: Mapping[str, str]) -> str:
+    """One hash for a batch: its only file's, or the hash over all its files' hashes.
+
+    Parameters
+    ----------
+    hashes : mapping of str to str
+        Path -> SHA-256.
+    """
+    digests = sorted(set(hashes.values()))
+    return digests[0] if len(digests) == 1 else sha256("\n".join(digests).encode()).hexdigest()

@@ -1,0 +1,137 @@
+"""``gsfdi ingest``: telemetry into the store, with a quality line for every joint."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gsfdi import ingest as reading
+from gsfdi.errors import GsfdiError
+from gsfdi.pipeline.outcome import Outcome, mappings_of, need
+from gsfdi.store import Store
+from gsfdi.types import Problem
+from gsfdi.workers import Report, silent
+
+
+def describe(sources: Sequence[str], mappings: Sequence[Path]) -> Outcome:
+    """Say what files hold and how they would be read.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Files, folders, globs.
+    mappings : sequence of Path
+        Mapping files.
+    """
+    loaded = mappings_of(mappings)
+    found: list[Mapping[str, object]] = []
+    problems: list[Problem] = []
+    for path in reading.gather(sources):
+        try:
+            found.append(reading.describe(path, loaded))
+        except GsfdiError as error:
+            problems.append(Problem(str(path), error.what, error.mend, "unusable"))
+    need(found, problems)
+    result = {"schema": "gsfdi/description/1", "files": found, "problems": [asdict(problem) for problem in problems]}
+    return Outcome(result, [line for about in found for line in outline(about)], problems)
+
+
+def ingest(
+    sources: Sequence[str],
+    *,
+    store: Path,
+    mappings: Sequence[Path] = (),
+    joints: Sequence[str] = (),
+    progress: Report = silent,
+) -> Outcome:
+    """Read telemetry into the store, file by file.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Files, folders, globs.
+    store : Path
+        The store's folder.
+    mappings : sequence of Path
+        Mapping files.
+    joints : sequence of str
+        Joints wanted; all if empty.
+    progress : callable
+        Told how far the work has come.
+    """
+    loaded, keep = mappings_of(mappings), Store(store)
+    paths = reading.gather(sources)
+    rows: list[dict[str, object]] = []
+    problems: list[Problem] = []
+    added = 0
+    for done, path in enumerate(paths):
+        progress(done, len(paths), "files")
+        batch = reading.read([path], loaded, joints)
+        problems += batch.problems
+        if batch.records:
+            new = bool(keep.add(batch))
+            added += new
+            rows += [{"source": str(path), "new": new, **row} for row in reading.summary(batch.records)]
+    need(rows, problems)
+    result = {
+        "schema": "gsfdi/ingest/1",
+        "store": str(store),
+        "files": len(paths),
+        "new": added,
+        "joints": rows,
+        "problems": [asdict(problem) for problem in problems],
+    }
+    return Outcome(result, [quality_line(row) for row in rows], problems)
+
+
+def quality_line(row: Mapping[str, Any]) -> str:
+    """Say of one joint how much there is of it, and what was masked.
+
+    Parameters
+    ----------
+    row : mapping
+        A row of `gsfdi.ingest.summary`, with whether it is new to the store.
+    """
+    masked = ", ".join(
+        f"{channel} {kind.replace('_', ' ')} {count:g}"
+        for channel, counts in row["masked"].items()
+        for kind, count in counts.items()
+    )
+    lost = ", ".join(f"{kind.replace('_', ' ')} {count:g}" for kind, count in row["left_out"].items())
+    return (
+        f"{row['joint']}: {row['samples']} samples, {row['span_s']:.1f} s at {row['rate_hz']:.4g} Hz, "
+        f"{row['gaps']} gaps; masked: {masked or 'nothing'}"
+        + (f"; clock: {lost}" if lost else "")
+        + ("" if row["new"] else " (in the store already)")
+    )
+
+
+def outline(about: Mapping[str, object], indent: str = "") -> list[str]:
+    """Write nested facts as indented lines.
+
+    Parameters
+    ----------
+    about : mapping
+        Facts; values may be mappings and lists of mappings.
+    indent : str
+        What each line begins with.
+
+    Examples
+    --------
+    >>> outline({"rows": 3, "read_as": [{"joint": "SH1", "channel": "position"}]})
+    ['rows: 3', 'read_as:', '  - joint: SH1', '    channel: position']
+    """
+    lines = []
+    for key, value in about.items():
+        if isinstance(value, Mapping):
+            lines += [f"{indent}{key}:", *outline(value, indent + "  ")]
+        elif isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value):
+            lines.append(f"{indent}{key}:")
+            for item in value:
+                first, *rest = outline(item, indent + "    ")
+                lines += [f"{indent}  - {first.strip()}", *rest]
+        elif isinstance(value, list | tuple):
+            lines.append(f"{indent}{key}: {', '.join(map(str, value)) or 'none'}")
+        else:
+            lines.append(f"{indent}{key}: {value}")
+    return lines
