@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gsfdi.channels import CHANNELS
 from gsfdi.proof.cases import Case
 from gsfdi.proof.kinds import KINDS
 from gsfdi.proof.world import Joint, World, tuned
@@ -96,3 +97,13 @@ def concealment(case: Case) -> Concealment:
 
 def _believed_gains(case: Case) -> dict[str, float]:
     return {name: getattr(case.nominal, name) for name in ("proportional", "integral", "derivative")}
+
+
+def oracle(case: Case) -> dict[str, float]:
+    """RMS difference by column between the recordings and the true world run without noise: what no model can beat."""
+    joint = case.world.joint
+    spread = np.vstack([a[:, :3] - b[:, :3] for a, b in zip(case.runs(), case.runs(noisy=False), strict=True)])
+    names = ("position", "motor_velocity", joint.effort)
+    return {
+        CHANNELS[name].column(joint.axis): float(np.sqrt(np.mean(spread[:, k] ** 2))) for k, name in enumerate(names)
+    }

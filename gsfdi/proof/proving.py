@@ -1,0 +1,128 @@
+"""The whole proof in one call: draw, seal, let the tool answer, open, score.
+
+A proof that was cut short goes on where it stopped, when it is asked again for the same cases into the same folder.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+from queue import SimpleQueue
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from gsfdi.atomic import write_text
+from gsfdi.proof.cases import Case, Design, draw, truth_of, write_files
+from gsfdi.proof.checking import scored
+from gsfdi.proof.concealment import concealment, oracle
+from gsfdi.proof.plan import full, plan
+from gsfdi.proof.running import TOOL, Desk, examine
+from gsfdi.proof.seal import Sealed, digest, put, spelled
+
+FRESH = 100_000  # seeds of cases begin here; those below served to build the tool
+
+
+def prove(
+    cases: int | None = 20,
+    *,
+    seed: int = 0,
+    out: Path,
+    jobs: int = 1,
+    progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+    say: Callable[[str], None] = lambda line: None,
+    tool: Sequence[str] = TOOL,
+) -> dict[str, Any]:
+    """Prove reconcile on concealed cases, or go on with a proof that was cut short.
+
+    Parameters
+    ----------
+    cases : int or None
+        How many; None for the full proof.
+    seed : int
+        Seed of every draw. The tool is never told.
+    out : Path
+        Folder for seal, answers, truth and scores.
+    jobs : int
+        Cases that are worked on at a time.
+    progress : callable
+        Told how many are done, of how many, and what is going on.
+    say : callable
+        Told the hash of the seal before the first case is analysed.
+    tool : sequence of str
+        Module and arguments of the tool on trial.
+
+    Returns
+    -------
+    dict
+        What ``proof.json`` holds.
+    """
+    designs = full(seed) if cases is None else plan(cases, seed)
+    named = neutral(designs, seed)
+    truths, inputs = {}, {}
+    for done, (name, (design, at)) in enumerate(named.items()):
+        progress(done, len(named), "drawing cases")
+        case = draw(design, at)
+        truths[name] = {**truth_of(case), "concealment": asdict(concealment(case)), "oracle": oracle(case)}
+        inputs[name] = {file: digest(content) for file, content in files_of(case).items()}
+    sealed = Sealed(truths, salt=hashlib.sha256(f"salt {seed}".encode()).hexdigest())
+    say(f"{len(named)} cases sealed: SHA-256 {put(out, sealed, inputs, {'cases': cases, 'seed_withheld': True})}")
+    answer_all(named, inputs, out / "answers", jobs, progress, tool)
+    write_text(out / "truth.json", sealed.text)
+    result = scored(out)
+    write_text(out / "proof.json", spelled(result) + "\n")
+    return result
+
+
+def neutral(designs: Sequence[Design], seed: int) -> dict[str, tuple[Design, int]]:
+    """Give each design a seed of its own and a name that says nothing, in random order."""
+    rng = np.random.default_rng((seed, 79))
+    order = rng.permutation(len(designs))
+    seeds = FRESH + seed * 10_000 + np.arange(len(designs))
+    return {f"case-{place:03d}": (designs[k], int(seeds[k])) for place, k in enumerate(order)}
+
+
+def files_of(case: Case) -> dict[str, bytes]:
+    """Everything that the tool is given of a case."""
+    with TemporaryDirectory(prefix="draw-") as folder:
+        write_files(case, Path(folder))
+        return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
+
+
+def answer_all(
+    named: Mapping[str, tuple[Design, int]],
+    inputs: Mapping[str, Mapping[str, str]],
+    answers: Path,
+    jobs: int,
+    progress: Callable[[int, int, str], None],
+    tool: Sequence[str],
+) -> None:
+    """Put every case before the tool, `jobs` at a time."""
+    answers.mkdir(parents=True, exist_ok=True)
+    desks: SimpleQueue[Desk] = SimpleQueue()
+    all_desks = [Desk(tool) for _ in range(jobs)]
+    for desk in all_desks:
+        desks.put(desk)
+
+    def one(name: str) -> None:
+        design, at = named[name]
+        if (answers / f"{name}.json").exists():
+            return
+        desk = desks.get()
+        try:
+            case = draw(design, at)
+            files = files_of(case)
+            assert {file: digest(content) for file, content in files.items()} == inputs[name], "cases must repeat"
+            examine(desk, name, files, case.withheld, answers)
+        finally:
+            desks.put(desk)
+
+    try:
+        with ThreadPoolExecutor(jobs) as pool:
+            for done, _ in enumerate(pool.map(one, named), start=1):
+                progress(done, len(named), "cases")
+    finally:
+        for desk in all_desks:
+            desk.close()

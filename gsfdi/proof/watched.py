@@ -1,0 +1,94 @@
+"""Runs a tool case by case in this process, and writes down every file it opens that is none of its business.
+
+Started as ``python -m gsfdi.proof.watched MODULE ARG...``: reads one request per line from standard input (a folder
+and further arguments, in JSON), changes into the folder, runs MODULE as ``__main__``, and answers with one JSON line:
+exit status, seconds, and trespasses. An audit hook cannot be removed, so nothing that Python opens escapes it.
+
+The tool may read its own code, the libraries, the system's shared files and the case; it may write below the case and
+temporary folders. Anything else (the seal, another case, the parent's memory or command line, a network) is a trespass.
+"""
+
+import contextlib
+import io
+import json
+import os
+import runpy
+import site
+import sys
+import sysconfig
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+_trespasses: list[str] = []
+_case: list[str] = [""]
+NETWORK = ("socket.connect", "socket.sendto", "urllib.Request")
+PROCESS = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn")
+
+
+def allowed(module: str) -> tuple[str, ...]:
+    """Folders (and the script, if the tool is one) that a tool may read: code, libraries, the system's own."""
+    homes = [sys.prefix, sys.base_prefix, *site.getsitepackages(), sysconfig.get_path("stdlib")]
+    homes += [str(Path(__file__).parents[1]), "/usr", "/etc", "/lib", "/dev", "/sys", "/proc/self", "/proc/cpuinfo"]
+    homes += ["/proc/meminfo", "/proc/stat", os.environ.get("NUMBA_CACHE_DIR", sys.prefix), module]
+    return tuple(os.path.realpath(home) for home in homes)
+
+
+def watch(homes: tuple[str, ...]) -> None:
+    """Install the hook."""
+
+    def hook(event: str, args: tuple[Any, ...]) -> None:
+        if event == "open" or event in ("os.listdir", "os.scandir", "glob.glob"):
+            path = args[0] if args else None
+            if isinstance(path, (str, bytes, os.PathLike)) and not _may(os.fsdecode(path), homes):
+                _trespasses.append(f"{event} {os.fsdecode(path)}")
+        elif event in NETWORK or event in PROCESS:
+            _trespasses.append(f"{event} {args[:1]!r}")
+
+    sys.addaudithook(hook)
+
+
+def _may(path: str, homes: tuple[str, ...]) -> bool:
+    real = os.path.realpath(path)
+    inside = any(real == home or real.startswith(home + os.sep) for home in (*homes, _case[0]))
+    return inside or real == f"/proc/{os.getpid()}" or real.startswith(f"/proc/{os.getpid()}/")
+
+
+def serve(module: str, arguments: Sequence[str]) -> None:
+    """Answer requests until standard input ends."""
+    answers, tempfile.tempdir = os.fdopen(os.dup(1), "w"), None
+    watch(allowed(module))
+    for line in sys.stdin:
+        request = json.loads(line)
+        folder = request["folder"]
+        _case[0] = os.path.realpath(folder)
+        tempfile.tempdir = _case[0]
+        _trespasses.clear()
+        os.chdir(folder)
+        started, said = time.perf_counter(), io.StringIO()
+        status = run(module, [*arguments, *request["arguments"]], said)
+        answer = {"status": status, "seconds": time.perf_counter() - started, "trespasses": sorted(set(_trespasses))}
+        print(json.dumps(answer | {"said": said.getvalue()[-2000:]}), file=answers, flush=True)
+
+
+def run(module: str, arguments: Sequence[str], said: io.StringIO) -> int:
+    """Run the module once; what it prints goes to `said`."""
+    sys.argv = [module, *arguments]
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            if module.endswith(".py"):
+                runpy.run_path(module, run_name="__main__")
+            else:
+                runpy.run_module(module, run_name="__main__", alter_sys=False)
+    except SystemExit as end:
+        return int(end.code or 0) if not isinstance(end.code, str) else 1
+    except Exception as error:  # whatever a tool does, the proof goes on and counts it
+        said.write(f"{type(error).__name__}: {error}")
+        return 70
+    return 0
+
+
+if __name__ == "__main__":
+    serve(sys.argv[1], sys.argv[2:])
