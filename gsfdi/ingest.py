@@ -280,7 +280,7 @@ def _record(
     if not channels:
         return None
     t0 = int(base.time_ns[0])
-    t = (base.time_ns - t0) * 1e-9
+    t: Array = (base.time_ns - t0) * np.float64(1e-9)
     valid, told = quality.judge(t, channels, axis)
     told["time"] |= counts | {kind: float(count) for kind, count in faults.items() if count}
     return JointRecord(robot, joint, t0, t, channels, axis, valid, source, sha256, told)

@@ -3,10 +3,10 @@
 A mapping belongs to one robot. Units convert here and nowhere else, so past the readers everything is SI.
 """
 
+import dataclasses
 import datetime as dt
 import tomllib
 from collections.abc import Mapping as Map
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -11,6 +11,7 @@ killed half way is finished by running it again. Every file is checked against i
 """
 
 import hashlib
+import itertools
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -248,7 +249,7 @@ def _days(record: JointRecord) -> Iterator[JointRecord]:
     stamps = record.t0_ns + np.round(record.t * 1e9).astype(np.int64)
     day = stamps // DAY_NS
     edges = [0, *(np.flatnonzero(np.diff(day)) + 1).tolist(), len(day)]
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in itertools.pairwise(edges):
         yield cut(record, a, b) if (a, b) != (0, len(day)) else record
 
 
@@ -289,7 +290,8 @@ def _holds(path: Path, record: JointRecord) -> bool:
     except UnusableInputError:
         return False
     with file:
-        return (file.metadata.metadata or {}).get(_CONTENT.encode(), b"").decode() == _content(record)
+        kept: bytes = (file.metadata.metadata or {}).get(_CONTENT.encode(), b"")
+        return kept.decode() == _content(record)
 
 
 def _retire(path: Path) -> None:

@@ -20,7 +20,7 @@ from gsfdi.mapping import Mapping
 from gsfdi.quality import absurd
 from gsfdi.readers import Reader
 from gsfdi.types import Array, Mask, Problem
-from gsfdi.wire import Columns, Item
+from gsfdi.wire import Columns, Item, Key
 from gsfdi.wire.tables import Plan, columns_of, plans, read_as
 
 HEAD = 1 << 16
@@ -194,7 +194,7 @@ def _trusted(columns: Columns, left_out: _LeftOut) -> Columns:
         return columns
     reached: Mask = np.convolve(bad, np.ones(2 * REACH + 1), mode="same") > 0 if n > 2 * REACH else np.ones(n, np.bool_)
     left_out.damaged += int(reached.sum())
-    kept: dict[object, Array] = {key: values[~reached] for key, values in columns.values.items()}
+    kept: dict[Key, Array] = {key: values[~reached] for key, values in columns.values.items()}
     return Columns(
         columns.origin, columns.time_ns[~reached], kept, {**columns.faults, "corrupt_row": int(reached.sum())}
     )
