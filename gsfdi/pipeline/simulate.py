@@ -1,18 +1,16 @@
 """``gsfdi simulate``: joints of a model file in motion, as canonical telemetry."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from gsfdi import ingest as reading
 from gsfdi.canonical import write_parquet
 from gsfdi.canonical_mcap import write_mcap
-from gsfdi.errors import UnusableInputError, nearest
-from gsfdi.model import TermUse
-from gsfdi.modelfile import load_models, terms
+from gsfdi.errors import UnusableInputError
+from gsfdi.modelfile import load_models
 from gsfdi.pipeline.outcome import Outcome, mappings_of, need
-from gsfdi.simulate import simulate_record
-from gsfdi.types import Problem
+from gsfdi.simulate import fault_of, simulate_record
+from gsfdi.types import JointRecord, Problem
 
 
 def simulate(
@@ -54,58 +52,31 @@ def simulate(
         raise UnusableInputError(out, "ends in no format that can be written", "end it in .parquet or .mcap")
     if open_loop and replay is None:
         raise UnusableInputError("--open-loop", "there is no recorded current to drive", "add --replay REC")
-    added = [fault_of(fault) for fault in faults]
     models = load_models(model)
     problems: Sequence[Problem] = ()
+    recorded: Sequence[JointRecord | None]
     if replay is None:
         chosen = [models.for_joint(joint) for joint in joints] or list(models)
-        records = [
-            simulate_record(one, faults=added, seed=seed + 1000 * i, duration=duration) for i, one in enumerate(chosen)
-        ]
+        recorded = [None] * len(chosen)
     else:
         batch = reading.read(reading.gather([str(replay)]), mappings_of(mappings), joints)
         need(batch.records, batch.problems)
-        problems = batch.problems
-        records = [
-            simulate_record(
-                models.for_joint(one.joint), replay=one, faults=added, seed=seed + 1000 * i, open_loop=open_loop
-            )
-            for i, one in enumerate(batch.records)
-        ]
+        problems, recorded = batch.problems, batch.records
+        chosen = [models.for_joint(record.joint) for record in batch.records]
+    records = [
+        simulate_record(
+            one,
+            replay=record,
+            faults=[fault_of(fault, one.axis) for fault in faults],
+            seed=seed + 1000 * number,
+            open_loop=open_loop,
+            duration=duration,
+        )
+        for number, (one, record) in enumerate(zip(chosen, recorded, strict=True))
+    ]
     write = write_parquet if out.suffix == ".parquet" else write_mcap
     write(out, records)
     rows = [{"joint": one.joint, "samples": len(one.t), "span_s": float(one.t[-1])} for one in records]
     result = {"schema": "gsfdi/simulation/1", "path": str(out), "seed": seed, "faults": list(faults), "joints": rows}
     lines = [f"{row['joint']}: {row['samples']} samples, {row['span_s']:.1f} s" for row in rows]
     return Outcome(result, [*lines, str(out)], problems)
-
-
-def fault_of(text: str) -> TermUse:
-    """Read ``ID=VALUE[@SECONDS]``.
-
-    Parameters
-    ----------
-    text : str
-        For example ``torque_constant_drift=-0.01@7.5``.
-
-    Examples
-    --------
-    >>> fault_of("backlash=2e-4@7.5")
-    TermUse(term='backlash', values={'half_width_rad': 0.0002}, side=None, onset=7.5)
-    """
-    name, equals, rest = text.partition("=")
-    value, _, onset = rest.partition("@")
-    known = terms()
-    if name not in known:
-        raise UnusableInputError(f"--fault {text}", f"no term is called {name!r}", nearest(name, known))
-    try:
-        numbers = [float(number) for number in ([value, onset] if onset else [value])]
-    except ValueError:
-        numbers = [math.nan]
-    if not equals or not all(math.isfinite(number) for number in numbers):
-        raise UnusableInputError(f"--fault {text}", "is not ID=VALUE or ID=VALUE@SECONDS", f"write {name}=0.1@7.5")
-    first = known[name].params[0]
-    if not first.low <= numbers[0] <= first.high:
-        what = f"{first.name} is not within {first.low:g} to {first.high:g} {first.unit}".rstrip()
-        raise UnusableInputError(f"--fault {text}", what, "give a possible value")
-    return TermUse(name, {first.name: numbers[0]}, onset=numbers[1] if onset else None)
