@@ -83,6 +83,12 @@ class JointRecord:
         object.__setattr__(self, "channels", MappingProxyType(channels))
         object.__setattr__(self, "valid", MappingProxyType(masks))
 
+    def __reduce__(self) -> tuple[type["JointRecord"], tuple[object, ...]]:
+        """Pickle with plain mappings, so that a record can go to a worker process."""
+        plain = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        plain |= {"channels": dict(self.channels), "valid": dict(self.valid)}
+        return type(self), tuple(plain.values())
+
     def __contains__(self, channel: str) -> bool:
         """Whether the record carries `channel`."""
         return channel in self.channels
