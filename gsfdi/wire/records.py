@@ -231,6 +231,8 @@ class _Walk:
                 if not self.tail.whole and not self.tail.damaged:
                     yield self._problem("is cut short: it ends without a footer")
                 return True
+            elif opcode == Opcode.METADATA:
+                yield from _metadata(window[start : start + size].tobytes())
             elif opcode not in _SKIPPED and opcode < 0x80:
                 yield self._problem(f"holds a record of unknown kind {opcode}")
         yield from self._loose(
