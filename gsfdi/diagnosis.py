@@ -31,7 +31,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gsfdi.baseline import JointBaseline, detectors, gather
-from gsfdi.directions import Direction, library
+from gsfdi.detectors.innovations import cleaned
+from gsfdi.directions import Direction, grouped, library
 from gsfdi.types import Action, Array, Component, Due, Finding, JointRecord, Level, Verdict
 
 NO_DUE = Due(None, None, "no degradation is under way")
@@ -233,60 +234,44 @@ def _findings(
             numbers[name], baseline.learnt[name], rate, {**one.settings, **((settings or {}).get(name) or {})}
         )
         if finding is not None:
-            extra = {"names": [d.key for d in _library(baseline)]} if name == "innovations" else {}
-            found.append(replace(finding, joint=joint, evidence={**finding.evidence, **extra}))
+            found.append(replace(finding, joint=joint))
     return found
 
 
 def _candidates(
     found: Finding, numbers: Mapping[str, Array], baseline: JointBaseline, limits: Limits
 ) -> list[Candidate]:
-    """Faults by how much of the innovations each explains; sine and cosine of one fault count together."""
-    evidence, names = found.evidence, _library(baseline)
-    gain, size, error, onset, ramp = (np.asarray(evidence[k]) for k in ("gain", "size", "error", "onset", "ramp"))
+    """Faults by how much of the innovations each explains."""
+    evidence, directions = found.evidence, _library(baseline)
+    names = evidence["names"]
+    assert isinstance(names, list)
+    columns = {key: np.asarray(evidence[key]) for key in ("gain", "size", "error", "onset", "ramp")}
+    first = {name: members[0] for name, members in grouped(directions)}
     cosines = _cosines(numbers, baseline)
-    groups: dict[tuple[str, str], list[int]] = {}
-    for j, one in enumerate(names):
-        variant = one.key.partition(":")[2]
-        wave = (
-            variant[:-1]
-            if variant[-1:] in ("s", "c") and variant[:-1].isdigit()
-            else ("" if variant in ("s", "c") else variant)
-        )
-        groups.setdefault((one.fault, wave), []).append(j)
     best: dict[str, Candidate] = {}
-    for (fault, _), some in groups.items():
-        if limits.payload_free and fault == "output_inertia_change":
+    for i, name in enumerate(names):
+        direction = directions[first[name]]
+        if limits.payload_free and direction.fault == "output_inertia_change":
             continue
-        total = float(sum(gain[j] for j in some))
-        j = max(some, key=lambda one: gain[one])
-        amplitude = float(np.sqrt(sum(size[k] ** 2 for k in some))) if len(some) > 1 else float(size[j])
-        got = Candidate(
-            names[j], 0.0, amplitude, float(error[j]), float(onset[j]), bool(ramp[j]), total, float(cosines[j])
-        )
-        if fault not in best or total > best[fault].gain:
-            best[fault] = got
+        gain, size, error, onset, ramp = (float(columns[key][i]) for key in ("gain", "size", "error", "onset", "ramp"))
+        got = Candidate(direction, 0.0, size, error, onset, bool(ramp), gain, float(cosines[first[name]]))
+        if direction.fault not in best or gain > best[direction.fault].gain:
+            best[direction.fault] = got
     ranked = sorted(best.values(), key=lambda one: -one.gain)
     top = ranked[0].gain
     temper = min(1.0, SURE / max(top, 1.0)) / max(float(baseline.learnt["innovations"]["pooled"][0]), 1.0)
     weights = np.array([0.5 * temper * (one.gain - top) for one in ranked])
     weights = np.exp(weights) * np.array([RARE.get(one.direction.fault, 1.0) for one in ranked])
     weights /= weights.sum()
-    return sorted(
-        (one._replace(probability=float(w)) for one, w in zip(ranked, weights, strict=True)),
-        key=lambda one: -one.probability,
-    )
+    ranked = [one._replace(probability=float(w)) for one, w in zip(ranked, weights, strict=True)]
+    return sorted(ranked, key=lambda one: -one.probability)
 
 
 def _cosines(numbers: Mapping[str, Array], baseline: JointBaseline) -> Array:
     """Cosine of the batch's fingerprint with that of each known failure, as the model foretells it in this motion."""
     learnt, H = baseline.learnt["innovations"], numbers["H"]
     h = np.maximum(np.diag(H), 1e-300)
-    g = (
-        numbers["g"].sum(axis=0)
-        - learnt["lean"] * numbers["h"].sum(axis=0)
-        - learnt["drift"] * numbers["energy"][:, 1].sum()
-    )
+    g = cleaned(numbers, learnt["lean"], learnt["drift"]).sum(axis=0)
     batch, known = g / np.sqrt(h), H / np.sqrt(h)[:, None]
     return np.asarray(np.abs(batch @ known) / np.maximum(np.linalg.norm(batch) * np.linalg.norm(known, axis=0), 1e-300))
 

@@ -6,7 +6,7 @@ Ids, parameters and units are the contract's; the full, non-linear laws stand on
 the two together. Terms with an unknown phase appear as a sine and a cosine that share a name.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -196,3 +196,12 @@ def library(flexible: bool, speed_measured: bool, temperature: bool) -> tuple[Di
         and (speed_measured or one.enters != "velocity")
         and (temperature or one.fault != "temperature_dependent_friction")
     )
+
+
+def grouped(directions: Sequence[Direction]) -> list[tuple[str, list[int]]]:
+    """Directions that are judged together, as the sine and cosine of one wave are, under the name they share."""
+    groups: dict[str, list[int]] = {}
+    for j, one in enumerate(directions):
+        paired = one.key[-1] in "sc" and (one.key[-2] == ":" or one.key[-2].isdigit())
+        groups.setdefault(one.key[:-1].rstrip(":") if paired else one.key, []).append(j)
+    return list(groups.items())

@@ -25,8 +25,11 @@ LEARNT = (
 """Terms that a fault-free joint may be found to have."""
 TRUST = 0.2
 """Spread of the prior on a model file's inertias and stiffness, as a share."""
-WORTH = 30.0
-"""Drop of the innovations' weighted squares for which a term joins the nominal joint."""
+WORTH = 0.01
+"""Drop of the innovations' weighted squares, per sample, for which the nominal joint is changed.
+
+Noise of the measured effort correlates with the loop's own wobble, and leans on weakly excited directions a little; a
+joint that truly differs from its model file differs by far more than this."""
 EXTRA = ("setpoint", "temperature")
 """Channels carried along where every batch has them."""
 
@@ -43,7 +46,7 @@ def noise_of(values: Array) -> float:
     third = np.diff(values, 3)
     spread = 1.4826 * float(np.median(np.abs(third - np.median(third)))) / 20.0**0.5
     quantum = _quantum(values)
-    return max(spread, quantum / 12.0**0.5, 1e-12 * float(np.ptp(values)), 1e-15)
+    return float(max(spread, quantum / 12.0**0.5, 1e-12 * float(np.ptp(values)), 1e-15))
 
 
 def _quantum(values: Array) -> float:
@@ -177,7 +180,7 @@ def _likelihood(nominal: Nominal, parts: Sequence[Stretch]) -> float:
     total, count = np.zeros((nominal.measured, nominal.measured)), 0.0
     for part in parts:
         seen = watch(nominal, run, part, BY_KEY)
-        e = seen.e[(seen.live * seen.used > 0)][20:]
+        e = seen.e[seen.live * seen.used > 0]
         total += e.T @ e
         count += len(e)
     sign, size = np.linalg.slogdet(total / max(count, 1.0) + 1e-300 * np.eye(len(total)))
@@ -201,12 +204,13 @@ def _refined(nominal: Nominal, parts: Sequence[Stretch], keys: Sequence[str], mo
     nominal = _weighted(nominal, parts)
     run = observer(nominal)
     entry = entries(nominal, run, directions)
-    g, H = np.zeros(len(directions)), np.zeros((len(directions),) * 2)
+    g, H, samples = np.zeros(len(directions)), np.zeros((len(directions),) * 2), 0.0
     for part in parts:
         seen = watch(nominal, run, part, BY_KEY)
         scored = score(run, entry, seen, directions, np.zeros(len(seen.u), dtype=np.int64), 1)
         g += scored.g[0]
         H += scored.H
+        samples += float(scored.energy[:, 1].sum())
     trust = TRUST if model is not None else 1.0
     prior = np.zeros(len(directions))
     for j, one in enumerate(directions):
@@ -219,14 +223,14 @@ def _refined(nominal: Nominal, parts: Sequence[Stretch], keys: Sequence[str], mo
     H += np.diag(prior)
     step = np.array([0.0 if d.enters == "exact" else -nominal.terms.get(d.key, 0.0) for d in directions])
     bare = g - pull - H @ step  # the score of the joint without any learnt term
-    kept = _worth(H, bare, [j for j, d in enumerate(directions) if d.enters == "exact"])
+    kept = _worth(H, bare, 30.0 + WORTH * samples)
     step[kept] += np.linalg.solve(H[np.ix_(kept, kept)], bare[kept])
     return _moved(nominal, directions, step)
 
 
-def _worth(H: Array, g: Array, kept: list[int]) -> list[int]:
-    """Directions worth learning: each must lower the weighted squares of the innovations by `WORTH` when it joins."""
-    kept = list(kept)
+def _worth(H: Array, g: Array, least: float) -> list[int]:
+    """Directions worth learning: each must lower the weighted squares of the innovations by `least` when it joins."""
+    kept: list[int] = []
     while True:
         rows = np.ix_(kept, kept)
         rest = [j for j in range(len(g)) if j not in kept]
@@ -238,7 +242,7 @@ def _worth(H: Array, g: Array, kept: list[int]) -> list[int]:
             np.einsum("rk,kr->r", H[np.ix_(rest, kept)], solved[:, 1:]) if solved is not None else 0.0
         )
         gain = np.where(own > 1e-6 * np.diag(H)[rest], left**2 / np.maximum(own, 1e-300), 0.0)
-        if gain.max() < WORTH:
+        if gain.max() < least:
             return sorted(kept)
         kept.append(rest[int(np.argmax(gain))])
 
@@ -275,7 +279,7 @@ def _weighted(nominal: Nominal, parts: Sequence[Stretch]) -> Nominal:
     kept = []
     for part in parts:
         seen = watch(nominal, run, part, BY_KEY)
-        kept.append(seen.e[(seen.live * seen.used) > 0][20:])
+        kept.append(seen.e[(seen.live * seen.used) > 0])
     e = np.concatenate(kept)
     if len(e) < 50:
         raise BaselineError("baseline", "too little usable telemetry to learn from", "give longer fault-free batches")

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import uniform_filter1d
 
-from gsfdi.directions import Direction, Moving
+from gsfdi.directions import Direction, Moving, grouped
 from gsfdi.joint import hold, hold_direction, matrices, ramp_hold, relative_directions
 from gsfdi.model import Plant
 from gsfdi.observer import START_UP, Filter, innovations, riccati, scores
@@ -99,6 +99,7 @@ def observer(nominal: Nominal) -> Filter:
     """Discretise the nominal joint and compute its Kalman gains."""
     joint = matrices(nominal.plant)
     Ad, Bu = hold(joint.A, joint.effort[:, None], nominal.step)
+    Ad = np.ascontiguousarray(Ad)
     torque = np.column_stack([joint.motor, joint.output, joint.spring])
     _, Bt0, Bt1 = ramp_hold(joint.A, torque, nominal.step)
     C = output_matrix(nominal)
@@ -108,11 +109,14 @@ def observer(nominal: Nominal) -> Filter:
     P = np.diag([100.0 * R[0, 0], speed, 100.0 * R[0, 0], speed][: len(Ad)])
     if nominal.flexible:
         P[2, 2] += (10.0 * np.abs(joint.effort[1] * nominal.unrest / joint.A[1, 2])) ** 2
+    if nominal.velocity == "motor_velocity":
+        P[1, 1] /= nominal.plant.gear_ratio**2
     gains, S = riccati(Ad, C, Q + 1e-18 * np.diag(np.diag(P)), R, P, START_UP)
-    weight = np.array(nominal.weight) if nominal.weight else np.linalg.inv(S)
-    return Filter(
-        np.ascontiguousarray(Ad), np.ascontiguousarray(Bu[:, 0]), Bt0, Bt1, np.ascontiguousarray(C), gains, weight
-    )
+    steady = np.linalg.inv(S[-1])
+    excess = np.einsum("kij,ji->k", S, steady) / len(C)
+    settled = int(np.argmax(excess < 1.02))
+    weight = np.array(nominal.weight) if nominal.weight else steady
+    return Filter(Ad, np.ascontiguousarray(Bu[:, 0]), Bt0, Bt1, np.ascontiguousarray(C), gains, weight, settled)
 
 
 def _rough(nominal: Nominal, stretch: Stretch) -> Moving:
@@ -163,8 +167,9 @@ def watch(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mapping[s
     nx = len(run.Ad)
     x = np.zeros(nx)
     x[0], x[1] = y[0, 0], float(np.median(rough.speed[:5]))
-    e, states, used = innovations(*run, GATE, y, u, torque, x)
+    e, states, used = innovations(*run[:-1], GATE, y, u, torque, x)
     live = (stretch.trusted & ~stuck & np.isfinite(e).all(axis=1)).astype(float)
+    live[: min(run.settled, len(u) // 4)] = 0.0
     # The noise of the measured effort reaches states and innovations alike; a regressor that held it would lean on a
     # healthy joint, so what the directions are evaluated on is kept below the frequency where the effort is noise.
     ceiling = ceiling_of(u, stretch.step)
@@ -229,10 +234,11 @@ def entries(nominal: Nominal, run: Filter, directions: Sequence[Direction]) -> E
 
 
 class Scored(NamedTuple):
-    """Scores ``g`` and information ``h`` by bin and direction, joint information ``H``, energy and count by bin."""
+    """Scores ``g``, information ``h`` and ``x`` with the mate by bin, joint information ``H``, energy and count by bin."""
 
     g: Array
     h: Array
+    x: Array
     H: Array
     energy: Array
 
@@ -251,8 +257,14 @@ def score(
         if one.shape is not None:
             size[:, j] = one.shape(watched.moving)
     e = np.where(np.isfinite(watched.e), watched.e, 0.0)
-    return Scored(*scores(run.Ad, run.C, run.gains, run.weight, e, watched.used, watched.live, bins,
-                          count, *entry[:2], watched.states, watched.u, *entry[2:], size))  # fmt: skip
+    mate = np.full(len(directions), -1, dtype=np.int64)
+    for _, members in grouped(directions):
+        if len(members) == 2:
+            mate[members] = members[::-1]
+    return Scored(
+        *scores(run.Ad, run.C, run.gains, run.weight, e, watched.used, watched.live, bins, count, *entry[:2],
+                watched.states, watched.u, *entry[2:], size, mate)
+    )  # fmt: skip
 
 
 def calm(values: Array, step: float, ceiling: float) -> Array:
@@ -277,6 +289,6 @@ def ceiling_of(values: Array, step: float) -> float:
     edges = np.geomspace(max(4.0 * frequency[1], top / 500.0), top, 40)
     for low, high in zip(edges[-2::-1], edges[:0:-1], strict=True):
         inside = power[(frequency >= low) & (frequency < high)]
-        if len(inside) > 3 and inside.mean() > 6.0 * floor:
+        if len(inside) > 3 and inside.mean() > 30.0 * floor:
             return float(min(1.3 * high, top))
     return float(edges[4])

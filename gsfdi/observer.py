@@ -10,11 +10,16 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+import numpy.typing as npt
 
 from gsfdi.types import Array
 
-START_UP = 400
+START_UP = 1500
 """Steps for which the filter's start-up gains are kept; after them the gain is steady."""
+
+
+THIN = 4
+"""The joint information of all directions is summed over every so many samples: it is smooth, and dear."""
 
 
 class Filter(NamedTuple):
@@ -27,23 +32,24 @@ class Filter(NamedTuple):
     C: Array
     gains: Array
     weight: Array
+    settled: int
 
 
 @numba.njit(cache=True)
 def riccati(Ad: Array, C: Array, Q: Array, R: Array, P: Array, steps: int) -> tuple[Array, Array]:  # pragma: no cover
-    """Gains ``(steps, n, p)`` of a Kalman filter from covariance `P`, and the last innovation covariance."""
+    """Gains ``(steps, n, p)`` of a Kalman filter from covariance `P`, and innovation covariances ``(steps, p, p)``."""
     n, p = Ad.shape[0], C.shape[0]
     gains = np.zeros((steps, n, p))
-    S = np.eye(p)
+    covariances = np.zeros((steps, p, p))
     for k in range(steps):
         S = C @ P @ np.ascontiguousarray(C.T) + R
         K = P @ np.ascontiguousarray(C.T) @ np.linalg.inv(S)
-        gains[k] = K
+        gains[k], covariances[k] = K, S
         IKC = np.eye(n) - K @ C
         P = IKC @ P @ np.ascontiguousarray(IKC.T) + K @ R @ np.ascontiguousarray(K.T)
         P = Ad @ P @ np.ascontiguousarray(Ad.T) + Q
         P = 0.5 * (P + np.ascontiguousarray(P.T))
-    return gains, S
+    return gains, covariances
 
 
 @numba.njit(cache=True)
@@ -132,7 +138,8 @@ def scores(
     late: Array,
     sensed: Array,
     size: Array,
-) -> tuple[Array, Array, Array, Array]:  # pragma: no cover
+    mate: npt.NDArray[np.int64],
+) -> tuple[Array, Array, Array, Array, Array]:  # pragma: no cover
     """Score and information of each fault direction, per bin of time.
 
     Parameters
@@ -151,10 +158,13 @@ def scores(
         How the amplitude shows directly in the measurements.
     size : (n, m) array
         Amplitude of each direction.
+    mate : (m,) int array
+        Direction that is judged together with this one; -1 where there is none.
 
     Returns
     -------
-    g, h : (count, m) arrays
+    g, h, x : (count, m) arrays
+        Scores, information, and information shared with the mate.
     H : (m, m) array
         Joint information of all directions.
     energy : (count, 2) array
@@ -162,11 +172,12 @@ def scores(
     """
     n, nx, p, m, q = len(u), Ad.shape[0], C.shape[0], size.shape[1], exact.shape[0]
     g, h, H, energy = np.zeros((count, m)), np.zeros((count, m)), np.zeros((m, m)), np.zeros((count, 2))
+    x = np.zeros((count, m))
     z, s, ws, new = np.zeros((m, nx)), np.zeros((m, p)), np.zeros((m, p)), np.zeros(nx)
     last = gains.shape[0] - 1
     for k in range(n):
         K, b, after = gains[min(k, last)], bins[k], min(k + 1, n - 1)
-        live = trusted[k] * used[k] > 0 and k > 20
+        live = trusted[k] * used[k] > 0
         for j in range(m):
             for i in range(p):
                 s[j, i] = sensed[j, i] * size[k, j]
@@ -181,9 +192,14 @@ def scores(
                     g[b, j] += ws[j, i] * e[k, i]
                     h[b, j] += ws[j, i] * s[j, i]
             for j in range(m):
-                for o in range(j + 1):
+                if mate[j] >= 0:
                     for i in range(p):
-                        H[j, o] += ws[j, i] * s[o, i]
+                        x[b, j] += ws[j, i] * s[mate[j], i]
+            if k % THIN == 0:
+                for j in range(m):
+                    for o in range(j + 1):
+                        for i in range(p):
+                            H[j, o] += THIN * ws[j, i] * s[o, i]
             for i in range(p):
                 for o in range(p):
                     energy[b, 0] += e[k, i] * weight[i, o] * e[k, o]
@@ -208,4 +224,4 @@ def scores(
     for j in range(m):
         for o in range(j):
             H[o, j] = H[j, o]
-    return g, h, H, energy
+    return g, h, x, H, energy

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from gsfdi.detectors import Binned, Detector, Numbers
-from gsfdi.directions import library
+from gsfdi.directions import Direction, grouped, library
 from gsfdi.nominal import Nominal, Watched, entries, observer, score
 from gsfdi.types import Array, Finding
 
@@ -24,11 +24,18 @@ LEAST = 0.01
 """Share of the batch's information that must lie after an onset for it to be considered."""
 
 
+RAMP = 9.0
+"""Further drop of the weighted squares for which a growing fault is preferred to a sudden one."""
+APART = 0.02
+"""Share of their information by which sine and cosine of a wave must differ to be two."""
+
+
 class _Tally:
     """Scores and information of every direction, by bin of time."""
 
     def __init__(self, nominal: Nominal, settings: Mapping[str, float]) -> None:
         self.run = observer(nominal)
+        self.kind = np.array([nominal.flexible, bool(nominal.velocity), False], dtype=np.float64)
         self.directions = library(nominal.flexible, bool(nominal.velocity), temperature=False)
         self.entry = entries(nominal, self.run, self.directions)
         self.bins = Binned(BIN)
@@ -39,11 +46,12 @@ class _Tally:
         scored = score(self.run, self.entry, watched, self.directions, bins, count)
         self.bins.add("g", scored.g)
         self.bins.add("h", scored.h)
+        self.bins.add("x", scored.x)
         self.bins.add("energy", scored.energy)
         self.joint += scored.H
 
     def numbers(self) -> dict[str, Array]:
-        return {**self.bins.sums, "H": self.joint, "width": np.array([self.bins.width])}
+        return {**self.bins.sums, "H": self.joint, "width": np.array([self.bins.width]), "kind": self.kind}
 
 
 def _blocks(values: Array, width: float, length: float) -> Array:
@@ -54,31 +62,51 @@ def _blocks(values: Array, width: float, length: float) -> Array:
 
 def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[str, Array]:
     """Mean lean of each direction on fault-free batches, and how far it wanders within and between them."""
-    g = np.array([one["g"].sum(axis=0) for one in gathered])
-    h = np.array([one["h"].sum(axis=0) for one in gathered])
-    n = np.array([one["energy"][:, 1].sum() for one in gathered])[:, None]
-    parts = [
-        tuple(_blocks(one[key], float(one["width"][0]), settings["block_s"]) for key in ("g", "h", "energy"))
-        for one in gathered
+    length = settings["block_s"]
+    blocks = [
+        np.concatenate([_blocks(one[key], float(one["width"][0]), length) for one in gathered])
+        for key in ("g", "h", "x", "energy")
     ]
-    gb, hb, nb = (np.concatenate([part[i] for part in parts]) for i in range(3))
-    lean, drift = _regressed(gb, hb, nb[:, 1:])
-    g = g - lean * h - drift * n
-    z2 = np.where(
-        hb > 1e-3 * hb.max(axis=0), (gb - lean * hb - drift * nb[:, 1:]) ** 2 / np.maximum(hb, 1e-300), np.nan
-    )
-    with np.errstate(invalid="ignore"):
-        within = np.maximum(1.0, np.nan_to_num(np.nanmean(z2, axis=0), nan=1.0))
-    pooled = float(np.median(within))
-    dof = max(len(gathered) - 1, 0)
-    # Excess spread between batches, in the fault's own unit; few batches lean on what all directions show together.
-    expected = within / np.maximum(h, 1e-300)
-    excess = ((g / np.maximum(h, 1e-300)) ** 2 - expected * (dof / max(dof + 1, 1))) * (dof + 1) / max(dof, 1)
+    lean, drift = _regressed(blocks[0], blocks[1], blocks[3][:, 1:])
+    clean = [cleaned(one, lean, drift) for one in gathered]
+    gb = np.concatenate([_blocks(g, float(n["width"][0]), length) for g, n in zip(clean, gathered, strict=True)])
+    g, h = np.array([one.sum(axis=0) for one in clean]), np.array([one["h"].sum(axis=0) for one in gathered])
+    hb, xb = blocks[1], blocks[2]
+    within = np.maximum(1.0, _wander(gb, hb, xb, gathered[0]["kind"]))
+    # Excess spread between batches, in the fault's own unit.
+    dof = max(len(gathered) - 1, 1)
+    expected = within / np.maximum(h, 1e-300) * dof / (dof + 1)
+    excess = ((g / np.maximum(h, 1e-300)) ** 2 - expected) * (dof + 1) / dof
     between = np.maximum(excess.mean(axis=0), 0.0)
-    return {"lean": lean, "drift": drift,
-            "lean_var": within / np.maximum(h.sum(axis=0), 1e-300) + between / max(len(gathered), 1),
-            "within": within, "pooled": np.array([pooled]), "between": between, "blocks": np.array([float(len(z2))]),
-            "batches": np.array([float(len(gathered))]), "width": gathered[0]["width"]}  # fmt: skip
+    lean_var = within / np.maximum(h.sum(axis=0), 1e-300) + between / len(gathered)
+    return {
+        "lean": lean, "drift": drift, "lean_var": lean_var, "within": within, "between": between,
+        "pooled": np.array([np.median(within)]), "blocks": np.array([float(len(gb))]),
+        "batches": np.array([float(len(gathered))]), "tolerance": np.array([settings["tolerance"]]),
+    }  # fmt: skip
+
+
+def cleaned(numbers: Numbers, lean: Array, drift: Array) -> Array:
+    """Scores without what a fault-free joint shows in the mean; where there is no motion, no more than noise is taken."""
+    h, count = numbers["h"], numbers["energy"][:, 1:]
+    steady = np.sign(drift) * np.minimum(np.abs(drift) * count, 0.2 * np.sqrt(h))
+    return np.asarray(numbers["g"] - lean * h - steady)
+
+
+def _wander(g: Array, h: Array, x: Array, kind: Array) -> Array:
+    """Mean square of the scores over blocks, in units of their information; pairs as the worst way through both."""
+    z2 = np.where(h > 1e-3 * h.max(axis=0), g**2 / np.maximum(h, 1e-300), np.nan)
+    seen = np.isfinite(z2).any(axis=0)
+    mean = np.where(seen, np.nansum(z2, axis=0) / np.maximum(np.isfinite(z2).sum(axis=0), 1), 1.0)
+    for _, members in grouped(library(bool(kind[0]), bool(kind[1]), bool(kind[2]))):
+        if len(members) == 2:
+            j, k = members
+            det = h[:, j] * h[:, k] - x[:, j] ** 2
+            apart = (det > APART * h[:, j] * h[:, k]) & (h[:, j] > 1e-3 * h[:, j].max()) & (det > 0)
+            square = h[:, k] * g[:, j] ** 2 - 2 * x[:, j] * g[:, j] * g[:, k] + h[:, j] * g[:, k] ** 2
+            both = 0.5 * float(np.mean(square[apart] / det[apart])) if apart.any() else 1.0
+            mean[members] = np.maximum(mean[members], both)
+    return mean
 
 
 def _regressed(g: Array, h: Array, n: Array) -> tuple[Array, Array]:
@@ -97,93 +125,160 @@ def _regressed(g: Array, h: Array, n: Array) -> tuple[Array, Array]:
 
 
 class Lean(NamedTuple):
-    """How strongly the batch leans towards a direction: deviations, size, error, onset bin, form.
+    """How strongly the batch leans towards a fault.
 
-    ``robust`` is what is left of `z` without its strongest bins,
-    ``gain`` the drop of the innovations' weighted squares.
+    ``z`` in deviations, ``robust`` what is left of it without its strongest bins; ``gain`` the drop of the innovations'
+    weighted squares; ``size`` and ``error`` of the fault's parameter (of a wave, its amplitude); ``onset`` a bin; ``ramp``
+    whether it grows from there.
     """
 
+    name: str
     z: float
+    robust: float
+    gain: float
     size: float
     error: float
     onset: int
     ramp: bool
-    robust: float
-    gain: float
+    members: tuple[int, ...]
 
 
-def leans(numbers: Numbers, learnt: Numbers, settings: Mapping[str, float]) -> list[Lean]:
-    """Strongest lean towards each direction over every onset, as a step and as a ramp."""
-    h = numbers["h"]
-    g = numbers["g"] - learnt["lean"] * h - learnt["drift"] * numbers["energy"][:, 1:]
-    width = float(numbers["width"][0])
-    t: Array = np.asarray(width * (np.arange(len(g)) + 0.5), dtype=np.float64)
-    return [
-        _strongest(g[:, j], h[:, j], t, float(learnt["within"][j]), float(learnt["between"][j] + learnt["lean_var"][j]))
-        for j in range(g.shape[1])
-    ]
+class _Sums(NamedTuple):
+    """From every possible onset to the end: score (onsets, k), information and covariance of the score (onsets, k, k)."""
+
+    g: Array
+    info: Array
+    cov: Array
+
+
+def leans(numbers: Numbers, learnt: Numbers, directions: Sequence[Direction]) -> list[Lean]:
+    """Strongest lean towards each fault over every onset, as a step and as a ramp."""
+    g, h = cleaned(numbers, learnt["lean"], learnt["drift"]), numbers["h"]
+    t = np.asarray(float(numbers["width"][0]) * (np.arange(len(g)) + 0.5), dtype=np.float64)
+    torque = [one.fault for one in directions].index("torque_constant_change")
+    misfit = float(learnt["tolerance"][0]) ** 2 * h[:, torque]
+    found = []
+    for name, members in grouped(directions):
+        if h[:, members].sum() > 0:
+            cross = numbers["x"][:, members[0]] if len(members) == 2 else None
+            spread = learnt["within"][members], learnt["between"][members] + learnt["lean_var"][members], misfit
+            found.append(_strongest(name, tuple(members), g[:, members], h[:, members], cross, t, spread))
+    return found
 
 
 def _tail(values: Array) -> Array:
-    return np.cumsum(values[::-1])[::-1]
+    return np.asarray(np.cumsum(values[::-1], axis=0)[::-1])
 
 
-def _strongest(g: Array, h: Array, t: Array, within: float, between: float) -> Lean:
-    if not h.sum() > 0:
-        return Lean(0.0, 0.0, np.inf, 0, False, 0.0, 0.0)
-    best = Lean(0.0, 0.0, np.inf, 0, False, 0.0, 0.0)
-    G, H = _tail(g), _tail(h)
-    t = t - t[-1]  # counted from the end, where ramps are short and differences would cancel
-    Gt, Ht, Htt = _tail(t * g), _tail(t * h), _tail(t * t * h)
-    start = t - 0.5 * (t[1] - t[0] if len(t) > 1 else 0.0)
-    forms = (
-        (False, G, H, H),
-        (True, Gt - start * G, Htt - 2 * start * Ht + start**2 * H, Ht - start * H),
-    )
-    for ramp, top, info, weight in forms:
-        info = np.maximum(info, 0.0)
-        var = within * info + between * weight**2
-        told = (LEAST * H[0] < H) & (t <= t[-1] - 1.0)
-        z = np.where(told, top / np.sqrt(np.maximum(var, 1e-300)), 0.0)
-        k = int(np.argmax(np.abs(z)))
-        if abs(z[k]) > abs(best.z) * (1.05 if ramp else 1.0):
-            shape = np.where(t >= t[k], (t - start[k]) if ramp else 1.0, 0.0)
-            part = shape * g
-            near = int(np.argmax(np.abs(part)))
-            lone = part[max(near - 1, 0) : near + 2].sum()
-            robust = (top[k] - lone) / np.sqrt(var[k])
-            best = Lean(float(z[k]), float(top[k] / info[k]), float(np.sqrt(var[k]) / info[k]), k, ramp, float(robust),
-                        float(top[k] ** 2 / info[k]))  # fmt: skip
+def _sums(g: Array, info: Array, late: Array, spread: tuple[Array, Array, Array], ramp: bool) -> _Sums:
+    """Sums from each onset on; `late` counts time from the end, where ramps are short and differences would cancel."""
+    within, between, misfit = spread
+    top, H, H1, off = _tail(g), _tail(info), _tail(info), _tail(misfit)
+    if ramp:
+        start = late - 0.5 * (late[1] - late[0] if len(late) > 1 else 0.0)
+        s1, s2 = start[:, None], start[:, None, None]
+        t2 = late[:, None, None]
+        top = _tail(late[:, None] * g) - s1 * top
+        H1 = _tail(t2 * info) - s2 * H
+        off = _tail(late**2 * misfit) - 2 * start * _tail(late * misfit) + start**2 * off
+        H = _tail(t2 * t2 * info) - 2 * s2 * _tail(t2 * info) + s2**2 * H
+    root = np.sqrt(within)
+    # A model that is off by a share of the drive's effect can lean on anything, by Cauchy and Schwarz, this much.
+    cov = H * (root[:, None] * root + off[:, None, None]) + np.einsum("tij,j,tjk->tik", H1, between, H1)
+    return _Sums(top, H, cov)
+
+
+def _deviations(top: Array, cov: Array) -> Array:
+    """Deviations of a score from zero; of a pair, those of a single one as unlikely."""
+    if top.shape[1] == 1:
+        return np.abs(top[:, 0]) / np.sqrt(np.maximum(cov[:, 0, 0], 1e-300))
+    det = cov[:, 0, 0] * cov[:, 1, 1] - cov[:, 0, 1] ** 2
+    apart = det > APART * cov[:, 0, 0] * cov[:, 1, 1]  # else the two waves are one in this motion
+    square = (
+        cov[:, 1, 1] * top[:, 0] ** 2 - 2 * cov[:, 0, 1] * top[:, 0] * top[:, 1] + cov[:, 0, 0] * top[:, 1] ** 2
+    ) / np.where(apart, det, 1.0)
+    single = np.max(top**2 / np.maximum(np.diagonal(cov, axis1=1, axis2=2), 1e-300), axis=1)
+    square = np.where(apart, square, single)
+    return np.sqrt(np.maximum(square - np.log(np.maximum(0.5 * np.pi * square, 1.0)), 0.0))
+
+
+def _strongest(
+    name: str,
+    members: tuple[int, ...],
+    g: Array,
+    h: Array,
+    cross: Array | None,
+    t: Array,
+    spread: tuple[Array, Array, Array],
+) -> Lean:
+    """Best onset and form for one fault."""
+    k = len(members)
+    info = np.zeros((len(g), k, k))
+    info[:, range(k), range(k)] = h
+    if cross is not None:
+        info[:, 0, 1] = info[:, 1, 0] = cross
+    late = t - t[-1]
+    tail = _tail(h)
+    told = (tail > LEAST * tail[0]).all(axis=1) & (late <= -1.0)
+    best = Lean(name, 0.0, 0.0, 0.0, 0.0, np.inf, 0, False, members)
+    for ramp in (False, True):
+        sums = _sums(g, info, late, spread, ramp)
+        safe = np.diagonal(sums.info, axis1=1, axis2=2) > (1e-5 * late[:, None] ** 2 * tail if ramp else 0.0)
+        gain = np.where(told & safe.all(axis=1), _deviations(sums.g, sums.info), 0.0) ** 2
+        at = int(np.argmax(gain))
+        if gain[at] > best.gain * (1.02 if ramp else 1.0) + (RAMP if ramp else 0.0):
+            best = _described(best, g, sums, late, at, ramp)
     return best
+
+
+def _described(lean: Lean, g: Array, sums: _Sums, late: Array, at: int, ramp: bool) -> Lean:
+    start = late[at] - 0.5 * (late[1] - late[0])
+    shape = np.where(late >= late[at], late - start if ramp else 1.0, 0.0)
+    info = sums.info[at]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(info), 1e-300))
+    solve = scale[:, None] * np.linalg.pinv(scale[:, None] * info * scale, rcond=0.5 * APART, hermitian=True) * scale
+    size = solve @ sums.g[at]
+    z = float(_deviations(sums.g[at][None], sums.cov[at][None])[0])
+    part = shape[:, None] * g
+    near = int(np.argmax(np.abs(part @ size)))
+    lone = part[max(near - 1, 0) : near + 2].sum(axis=0)
+    robust = float(_deviations((sums.g[at] - lone)[None], sums.cov[at][None])[0])
+    if (sums.g[at] - lone) @ size <= 0:
+        robust = 0.0
+    error = float(np.sqrt(np.max(np.diag(solve @ sums.cov[at] @ solve))))
+    whole = float(size[0]) if len(size) == 1 else float(np.linalg.norm(size))
+    gain = float(sums.g[at] @ solve @ sums.g[at])
+    return lean._replace(z=z, robust=robust, gain=gain, size=whole, error=error, onset=at, ramp=ramp)
 
 
 def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, float]) -> Finding | None:
     """Judge a batch by the strongest of its leans."""
-    if not len(numbers.get("g", ())):
+    if not len(numbers.get("g", ())) or float(numbers["h"].sum()) <= 0:
         return None
-    found = leans(numbers, learnt, settings)
+    kind = numbers["kind"]
+    found = leans(numbers, learnt, library(bool(kind[0]), bool(kind[1]), bool(kind[2])))
     looks = len(found) * (4.0 + 6.0 * np.log(max(len(numbers["g"]), 2)))
     dof = float(max(learnt["blocks"][0] - 1.0, 3.0))
     limit = float(stats.t.isf(rate / (2.0 * looks), dof))
-    order = np.argsort([-abs(one.z) for one in found])
-    j = int(order[0])
-    best = found[j]
+    lasting = [one for one in found if one.robust > limit]
+    best = max(lasting or found, key=lambda one: one.z)
     width = float(numbers["width"][0])
-    p = float(min(1.0, 2.0 * looks * stats.t.sf(abs(best.z), dof)))
-    persists = abs(best.robust) > limit and np.sign(best.robust) == np.sign(best.z)
-    onset = best.onset * width
-    t = width * (np.arange(len(numbers["g"])) + 0.5)
-    h = numbers["h"][:, j]
-    g = numbers["g"][:, j] - learnt["lean"][j] * h - learnt["drift"][j] * numbers["energy"][:, 1]
-    run = np.cumsum(g) / np.sqrt(np.maximum(learnt["within"][j] * np.cumsum(h), 1e-300))
+    p = float(min(1.0, 2.0 * looks * stats.t.sf(best.robust if not lasting else best.z, dof)))
+    named = max(lasting or found, key=lambda one: one.gain)
+    j = list(named.members)
+    g, h = cleaned(numbers, learnt["lean"], learnt["drift"])[:, j], numbers["h"][:, j]
+    run = np.cumsum(g, axis=0) / np.sqrt(np.maximum(learnt["within"][j] * np.cumsum(h, axis=0), 1e-300))
+    residual = run[:, int(np.argmax(np.abs(run[-1])))]
+    evidence: dict[str, object] = {
+        "t": width * (np.arange(len(g)) + 1.0), "residual": residual, "threshold": limit,
+        "names": [one.name for one in found], "ramp": np.array([float(one.ramp) for one in found]),
+        "onset": np.array([one.onset * width for one in found]),
+        **{key: np.array([getattr(one, key) for one in found]) for key in ("z", "robust", "gain", "size", "error")},
+    }  # fmt: skip
     return Finding(
-        "innovations", "parity", "", bool(abs(best.z) > limit and persists), p, abs(best.z), limit, "deviations",
-        f"the innovations lean {abs(best.z):.1f} deviations (limit {limit:.1f})", float(onset),
-        {"t": t, "residual": run, "threshold": limit, "z": np.array([one.z for one in found]),
-         "size": np.array([one.size for one in found]), "error": np.array([one.error for one in found]),
-         "onset": np.array([one.onset * width for one in found]), "ramp": np.array([float(one.ramp) for one in found]),
-         "gain": np.array([one.gain for one in found]),
-         "robust": np.array([one.robust for one in found]), "index": float(j)},
+        "innovations", "parity", "", bool(lasting), p, best.z, limit, "deviations",
+        f"the innovations lean {best.z:.1f} deviations towards {best.name.replace('_', ' ')} (limit {limit:.1f})",
+        named.onset * width, evidence,
     )  # fmt: skip
 
 
@@ -191,7 +286,7 @@ DETECTOR = Detector(
     name="innovations",
     method="parity",
     needs=(),
-    settings={"block_s": 5.0},
+    settings={"block_s": 5.0, "tolerance": 3e-4},
     tally=_Tally,
     learn=learn,
     look=look,
