@@ -129,3 +129,61 @@ def story(joint: str, outcome: str = "explained") -> Story:
         "experiments": [f"Move {joint} with a known load."],
     }
     return Story(described, evidence, f'[joint]\nname = "{joint}"\n')
+
+
+def rate(hits: int, of: int) -> dict[str, object]:
+    """A rate as a proof gives it."""
+    return {"hits": hits, "of": of, "rate": hits / of if of else None, "ci95": [0.9 * hits / max(of, 1), 1.0]}
+
+
+def proof(kinds: tuple[str, ...] = HOSTILE, each: int = 4) -> dict[str, object]:
+    """A proof of invented figures: some goals kept, some missed, some questions that never arose."""
+    scores, confusion = {}, {}
+    for i, kind in enumerate(kinds):
+        for k in range(each):
+            right = (i + k) % 5 != 0
+            scores[f"case-{i * each + k:03d}"] = {
+                "group": "single" if i else "null",
+                "kinds": [kind] if i else [],
+                "size": "plain",
+                "visible": k != 3,
+                "first_right": right if i else None,
+                "extra": [],
+                "puzzled": False,
+                "verdict": "explained",
+                "named": [kind if right else "coulomb_friction"],
+                "seconds": 1.5,
+                "concealment": {"tracking": 10.0 ** -(k + 1), "effort": 3.0**k, "windup": 0.0} if i else None,
+            }
+        confusion[kind] = {kind: each - 1, kinds[i - 1]: 1, "(no_mismatch)": 1}
+    row = {"size": "plain", "cases": each, "visible": 3, "first_right": 3, "covered": 4, "located": 4, "puzzled": 0}
+    figures = {
+        "cases": len(scores),
+        "trespasses": 0,
+        "first_name_right": rate(96, 100),
+        "located_right": rate(90, 100),
+        "false_discovery_in_nulls": rate(0, 100),
+        "several_all_named": rate(0, 0),
+        "parameter_error_median": 0.021,
+        "parameter_coverage": rate(93, 100),
+        "below_detection_silent_or_right": rate(9, 9),
+        "fit": {"motor_current_a": {"cases": 80, "before_over_oracle": 31.0, "after_over_oracle": 1.04}},
+        "seconds_median": 2.0,
+        "seconds_most": 9.0,
+    }
+    return {
+        "schema": "gsfdi/proof/1",
+        "seal": {"truth_sha256": "ab" * 32, "answers_sha256": "cd" * 32, "answers": {}},
+        "figures": figures,
+        "kinds": [{**row, "kind": kind, "silent": 0, "tracking": 0.004, "effort": 31.0} for kind in kinds],
+        "confusion": confusion,
+        "scores": scores,
+        "rivals": {f"least squares {kinds[0]}": {"first_name_right": rate(40, 100)}},
+        "real": [{"recording": "emps", "withheld": "viscous_friction", "named": kinds[-1], "right": False}],
+        "showcase": {
+            "title": "The position looks perfect",
+            "says": f"Nothing to see in the position of {kinds[0]}.",
+            "truth": kinds[1],
+            "overlays": story("SH1").evidence["overlays"],
+        },
+    }

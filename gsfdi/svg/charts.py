@@ -7,7 +7,7 @@ import numpy as np
 
 from gsfdi.svg.plot import Tone, svg, text
 from gsfdi.svg.scale import tick_labels, ticks
-from gsfdi.types import Array
+from gsfdi.types import Array, Mask
 
 LETTER = 7.0
 """Width of an average letter of the drawings' type, in units of the drawing."""
@@ -50,8 +50,10 @@ def draw_bars(title: str, description: str, bars: Sequence[Bar], limit: float = 
     return svg(title, description, "".join(body), width, bottom + 20)
 
 
-def draw_matrix(title: str, description: str, rows: Sequence[str], columns: Sequence[str], counts: Array) -> str:
-    """Draw counts of what was (rows) against what was said (columns); shade is the share of its row."""
+def draw_matrix(
+    title: str, description: str, rows: Sequence[str], columns: Sequence[str], counts: Array, right: Mask
+) -> str:
+    """Draw counts of what was (rows) against what was said (columns): the shade is the share of a row, blue right."""
     cell = 24 if len(columns) <= 18 else 17
     left = 10 + LETTER * max(map(len, rows), default=0)
     top = 10 + LETTER * 0.75 * max(map(len, columns), default=0)
@@ -61,7 +63,7 @@ def draw_matrix(title: str, description: str, rows: Sequence[str], columns: Sequ
         y = top + i * cell
         body.append(text(left - 6, y + cell * 0.68, name, "e"))
         for j in np.flatnonzero(counts[i]).tolist():
-            x, kind = left + j * cell, "hit" if columns[j] == name else "miss"
+            x, kind = left + j * cell, "hit" if right[i, j] else "miss"
             strong = 0.15 + 0.85 * float(share[i, j])
             body.append(
                 f'<rect class="{kind}" x="{x:.0f}" y="{y:.0f}" width="{cell - 1}" height="{cell - 1}" '

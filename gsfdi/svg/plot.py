@@ -88,6 +88,9 @@ class Instant:
     label: str
 
 
+CROSS = "m-14-14l28 28m0-28l-28 28"
+"""What marks a point of the tone ``before``, on the fine grid; the others are dots."""
+
 Mark = Line | Points | Ribbon | Span | Level | Instant
 
 
@@ -103,8 +106,8 @@ class Plot:
         Drawn in this order.
     x_label, x_unit, y_label, y_unit : str
         Axis names and SI units; prefixes (µ, m, k) and h for long times are chosen here.
-    log : bool
-        Whether the vertical axis is logarithmic; what is not positive is left out.
+    log, log_x : bool
+        Whether the vertical or horizontal axis is logarithmic; what is not positive is left out.
     height : int
         In units of the drawing, which is 560 wide.
     """
@@ -117,6 +120,7 @@ class Plot:
     y_label: str = ""
     y_unit: str = ""
     log: bool = False
+    log_x: bool = False
     height: int = 170
 
 
@@ -181,7 +185,8 @@ def draw(plot: Plot, columns: int = 260) -> str:
     """Draw `plot`; a curve longer than twice `columns` keeps its extremes in each column only."""
     curves = [mark for mark in plot.marks if isinstance(mark, Line | Points | Ribbon)]
     bottom = plot.height - BOTTOM
-    across, x_unit = fit_axis([finite(mark.x) for mark in curves], plot.x_unit, LEFT, WIDTH - RIGHT, False, 0.0)
+    room = 0.02 if any(isinstance(mark, Points) for mark in curves) else 0.0
+    across, x_unit = fit_axis([finite(m.x) for m in curves], plot.x_unit, LEFT, WIDTH - RIGHT, plot.log_x, room)
     tall, y_unit = fit_axis([h for m in plot.marks for h in heights(m)], plot.y_unit, bottom, TOP, plot.log, 0.06)
     body = [*frame(plot, across, tall, with_unit(plot.x_label, x_unit), with_unit(plot.y_label, y_unit))]
     for mark in plot.marks:
@@ -232,7 +237,8 @@ def drawn(mark: Mark, across: Axis, tall: Axis, columns: int) -> Iterator[str]:
     elif isinstance(mark, Points):
         x, y = across.place(mark.x), tall.place(mark.y)
         seen = np.unique(np.rint(np.column_stack((x, y))[np.isfinite(x) & np.isfinite(y)]), axis=0)
-        yield curve("".join(f"M{a * FINE:.0f} {b * FINE:.0f}h0" for a, b in seen.tolist()), f"pt {mark.tone}")
+        sign = CROSS if mark.tone == "before" else "h0"
+        yield curve("".join(f"M{a * FINE:.0f} {b * FINE:.0f}{sign}" for a, b in seen.tolist()), f"pt {mark.tone}")
     elif isinstance(mark, Ribbon):
         x, low = decimate(finite(mark.x), finite(mark.low), columns)
         again, high = decimate(finite(mark.x), finite(mark.high), columns)
@@ -276,7 +282,12 @@ def legend(curves: list[Line | Points | Ribbon]) -> Iterator[str]:
         if not mark.label:
             continue
         kind = {Line: "ln", Points: "pt", Ribbon: "rb"}[type(mark)]
-        swatch = f"M{x:.0f} 4h18v8h-18z" if kind == "rb" else f"M{x:.0f} 8h18" if kind == "ln" else f"M{x + 9:.0f} 8h0"
-        yield f'<path class="{kind} {mark.tone}" d="{swatch}"/>'
+        swatch = f"M{x:.0f} 4h18v8h-18z" if kind == "rb" else f"M{x:.0f} 8h18" if kind == "ln" else ""
+        if kind == "pt":
+            yield curve(
+                f"M{(x + 9) * FINE:.0f} {8 * FINE}{CROSS if mark.tone == 'before' else 'h0'}", f"pt {mark.tone}"
+            )
+        else:
+            yield f'<path class="{kind} {mark.tone}" d="{swatch}"/>'
         yield text(x + 23, 12, mark.label)
         x += 23 + 6.3 * len(mark.label) + 18

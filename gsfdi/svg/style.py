@@ -16,7 +16,8 @@ PLOT_STYLE = """
 .plot .m{text-anchor:middle}.plot .e{text-anchor:end}.plot .note{fill:var(--alarm);font-weight:600}
 .plot path,.plot .frame{fill:none;vector-effect:non-scaling-stroke}
 .plot .grid{stroke:var(--grid)}.plot .frame{stroke:var(--faint)}
-.plot .ln{stroke-width:1.3;stroke-linejoin:round}.plot .pt{stroke-width:3.5;stroke-linecap:round}
+.plot .ln{stroke-width:1.3;stroke-linejoin:round}
+.plot .pt{stroke-width:5;stroke-linecap:round}.plot .pt.before{stroke-width:1.6}
 """
 PLOT_STYLE += "".join(
     f".plot .{tone}{{stroke:var(--{tone})}}.plot .rb.{tone},.plot .bar.{tone}{{fill:var(--{tone});stroke:none}}\n"
