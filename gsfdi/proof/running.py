@@ -18,6 +18,8 @@ from gsfdi.proof.seal import spelled
 TOOL = ("gsfdi", "reconcile", "--model", "nominal.toml", "--out", "answer", "--jobs", "1", "--quiet")
 """Module and arguments; the recordings follow, and ``--without TERM`` where a case withholds one."""
 
+HERE = Path(__file__).parent
+
 
 @dataclass(slots=True)
 class Desk:
@@ -64,9 +66,12 @@ class Desk:
                 "COVERAGE_PROCESS_START",
             )
             environment = {name: os.environ[name] for name in inherited if name in os.environ}
+            environment["PYTHONPATH"] = os.pathsep.join(
+                filter(None, [str(HERE.parents[1]), os.environ.get("PYTHONPATH")])
+            )
             environment |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "gsfdi.proof.watched", *self.tool],
+                [sys.executable, "-P", str(HERE / "watched.py"), *self.tool],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -109,7 +114,7 @@ def examine(
     stored = answers / f"{name}.json"
     if stored.exists():
         return
-    with TemporaryDirectory(prefix="case-") as place:
+    with TemporaryDirectory(prefix="case-", ignore_cleanup_errors=True) as place:
         for file, content in files.items():
             (Path(place) / file).write_bytes(content)
         recordings = [file for file in files if file.endswith(".parquet")]

@@ -1,11 +1,13 @@
 """Runs a tool case by case in this process, and writes down every file it opens that is none of its business.
 
-Started as ``python -m gsfdi.proof.watched MODULE ARG...``: reads one request per line from standard input (a folder
-and further arguments, in JSON), changes into the folder, runs MODULE as ``__main__``, and answers with one JSON line:
-exit status, seconds, and trespasses. An audit hook cannot be removed, so nothing that Python opens escapes it.
+Started as ``python -P watched.py MODULE ARG...``, by its path so that nothing of the proof is loaded. It reads one
+request per line from standard input (a folder and further arguments, in JSON), changes into the folder, runs MODULE as
+``__main__``, and answers with one JSON line: exit status, seconds, and trespasses. An audit hook cannot be removed, so
+nothing that Python opens escapes it.
 
-The tool may read its own code, the libraries, the system's shared files and the case; it may write below the case and
-temporary folders. Anything else (the seal, another case, the parent's memory or command line, a network) is a trespass.
+The tool may open its own code, the libraries, the system's shared files and what lies in the case's folder. Anything
+else is a trespass: the seal, another case, the parent's memory or command line, a network, a process of its own, and
+the very code of the proof, with which it could draw the cases again.
 """
 
 import contextlib
@@ -24,6 +26,7 @@ from typing import Any
 
 _trespasses: list[str] = []
 _case: list[str] = [""]
+PROOF = os.path.realpath(Path(__file__).parent)
 NETWORK = ("socket.connect", "socket.sendto", "urllib.Request")
 PROCESS = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn")
 
@@ -52,13 +55,19 @@ def watch(homes: tuple[str, ...]) -> None:
 
 def _may(path: str, homes: tuple[str, ...]) -> bool:
     real = os.path.realpath(path)
-    inside = any(real == home or real.startswith(home + os.sep) for home in (*homes, _case[0]))
-    return inside or real == f"/proc/{os.getpid()}" or real.startswith(f"/proc/{os.getpid()}/")
+    if _below(real, PROOF):
+        return False
+    return any(_below(real, home) for home in (*homes, _case[0], f"/proc/{os.getpid()}"))
+
+
+def _below(path: str, folder: str) -> bool:
+    return path == folder or path.startswith(folder + os.sep)
 
 
 def serve(module: str, arguments: Sequence[str]) -> None:
     """Answer requests until standard input ends."""
-    answers, tempfile.tempdir = os.fdopen(os.dup(1), "w"), None
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what the tool's own children print must not look like an answer
     watch(allowed(module))
     for line in sys.stdin:
         request = json.loads(line)
