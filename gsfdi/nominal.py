@@ -76,9 +76,16 @@ class Nominal:
 
 
 class Watched(NamedTuple):
-    """A stretch as the observer saw it; `states` and `u` are calmed, for directions to be evaluated on."""
+    """A stretch as the observer saw it; `states` and `u` are calmed, for directions to be evaluated on.
+
+    ``y (n, p)`` the outputs, ``acting (n,)`` the effort and ``torque (n, 3)`` the learnt terms that went into the model.
+    """
 
     stretch: Stretch
+    y: Array
+    acting: Array
+    torque: Array
+    moving_freely: Mask
     e: Array
     states: Array
     used: Array
@@ -173,10 +180,11 @@ def watch(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mapping[s
     # The noise of the measured effort reaches states and innovations alike; a regressor that held it would lean on a
     # healthy joint, so what the directions are evaluated on is kept below the frequency where the effort is noise.
     ceiling = ceiling_of(u, stretch.step)
+    acting = u
     calmed = calm(np.column_stack([states, u]), stretch.step, ceiling)
     states, u = np.ascontiguousarray(calmed[:, :-1]), np.ascontiguousarray(calmed[:, -1])
     rough = rough._replace(drive=nominal.plant.gear_ratio * nominal.plant.torque_constant * u)
-    return Watched(stretch, e, states, used, live, u, _observed(nominal, rough, states))
+    return Watched(stretch, y, acting, torque, ~stuck, e, states, used, live, u, _observed(nominal, rough, states))
 
 
 def _observed(nominal: Nominal, rough: Moving, states: Array) -> Moving:

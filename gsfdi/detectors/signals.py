@@ -1,0 +1,157 @@
+"""Signal analysis: magnitudes, means, extremes, spreads, trends and correlations, by kind of motion.
+
+A finding reads: *effort rms while slewing is 6.1 deviations above its baseline.*
+
+Each feature is the median of its values over short blocks, so that no lone sample moves it, and is held against the
+batches of the baseline. This is the family that the paper holds up the others against: it knows no model, so whatever a
+different motion changes counts as normal variation.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy import stats
+
+from gsfdi.detectors import Detector, Numbers
+from gsfdi.nominal import Nominal, Watched
+from gsfdi.types import Array, Finding
+
+POINTS = 1500
+"""Most points per plotted signal."""
+SHOWN = ("setpoint", "position", "effort", "velocity", "tracking")
+
+
+class _Tally:
+    """Values of every feature by block, and thinned signals for the page."""
+
+    def __init__(self, nominal: Nominal, settings: Mapping[str, float]) -> None:
+        self.nominal, self.block = nominal, max(int(settings["block_s"] / nominal.step), 20)
+        self.rows: list[dict[str, float]] = []
+        self.shown: list[Array] = []
+
+    def add(self, watched: Watched) -> None:
+        values = watched.stretch.values
+        position, effort = values["position"], values[self.nominal.effort]
+        speed = watched.moving.speed
+        tracking = values["setpoint"] - position if "setpoint" in values else np.full(len(position), np.nan)
+        nan = np.full(len(position), np.nan)
+        velocity = values[self.nominal.velocity] if self.nominal.velocity else nan
+        columns = [watched.stretch.t, values.get("setpoint", nan), position, effort, velocity, tracking]
+        self.shown.append(_thinned(np.column_stack(columns), max(1, len(position) // POINTS)))
+        for low in range(0, len(position) - self.block + 1, self.block):
+            part = slice(low, low + self.block)
+            self.rows.append(_features(speed[part], effort[part], tracking[part], self.nominal.slow, self.nominal.step))
+
+    def numbers(self) -> dict[str, Array]:
+        if not self.rows:
+            return {}
+        found = {}
+        for name in FEATURES:
+            known = [row[name] for row in self.rows if np.isfinite(row.get(name, np.nan))]
+            halves = [known[: len(known) // 2], known[len(known) // 2 :]]
+            found[name] = np.array([np.median(some) if some else np.nan for some in (known, *halves)])
+        shown = np.concatenate(self.shown)
+        return {**found, "shown": _thinned(shown, max(1, len(shown) // POINTS))}
+
+
+def _thinned(rows: Array, every: int) -> Array:
+    """Every so manieth row, none of them invented."""
+    return rows[::every].copy()
+
+
+FEATURES = (
+    "effort mean while slewing", "effort rms while slewing", "effort spread while slewing", "effort peak",
+    "effort mean at rest", "effort rms at rest", "effort asymmetry of direction", "effort against acceleration",
+    "tracking rms while slewing", "tracking mean while slewing", "tracking peak", "tracking mean at rest",
+    "rate error rms while slewing", "tracking trend",
+)  # fmt: skip
+
+
+def _features(speed: Array, effort: Array, tracking: Array, slow: float, step: float) -> dict[str, float]:
+    """Features of one block; those whose kind of motion it lacks are left out."""
+    found: dict[str, float] = {}
+    slewing = np.abs(speed) > 3.0 * slow
+    rest = np.abs(speed) < slow
+    tracked = bool(np.isfinite(tracking).all())
+    found["effort peak"] = float(np.quantile(np.abs(effort), 0.98))
+    if slewing.mean() > 0.3:
+        moving = effort[slewing]
+        way = np.sign(speed[slewing])
+        found["effort mean while slewing"] = float(np.mean(moving * way))
+        found["effort rms while slewing"] = float(np.sqrt(np.mean(moving**2)))
+        found["effort spread while slewing"] = float(np.std(moving))
+        found["effort asymmetry of direction"] = float(np.mean(moving))
+        acceleration = np.gradient(speed, step)
+        if np.std(acceleration) > 0 and np.std(effort) > 0:
+            found["effort against acceleration"] = float(np.corrcoef(acceleration, effort)[0, 1])
+        if tracked:
+            found["tracking rms while slewing"] = float(np.sqrt(np.mean(tracking[slewing] ** 2)))
+            found["tracking mean while slewing"] = float(np.mean(tracking[slewing] * way))
+            found["rate error rms while slewing"] = float(np.std(np.gradient(tracking, step)[slewing]))
+    if rest.mean() > 0.5:
+        found["effort mean at rest"] = float(np.mean(effort[rest]))
+        found["effort rms at rest"] = float(np.std(effort[rest]))
+        if tracked:
+            found["tracking mean at rest"] = float(np.mean(tracking[rest]))
+    if tracked:
+        found["tracking peak"] = float(np.quantile(np.abs(tracking), 0.98))
+        found["tracking trend"] = float(
+            np.mean(tracking[len(tracking) // 2 :]) - np.mean(tracking[: len(tracking) // 2])
+        )
+    return found
+
+
+def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[str, Array]:
+    """Mean and spread of each feature over the fault-free batches, few of which lean on a share of its size."""
+    learnt = {}
+    for name in FEATURES:
+        whole = np.array([one[name][0] for one in gathered])
+        whole = whole[np.isfinite(whole)]
+        if len(whole) < 2:
+            continue
+        usual, prior = float(settings["usual_share"]), float(settings["prior_batches"])
+        size = float(np.sqrt(np.mean(whole**2)))
+        dof = len(whole) - 1
+        variance = (dof * np.var(whole, ddof=1) + prior * (usual * size) ** 2) / (dof + prior)
+        learnt[name] = np.array([whole.mean(), np.sqrt(variance * (1.0 + 1.0 / len(whole))), dof + prior])
+    return learnt
+
+
+def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, float]) -> Finding | None:
+    """Hold every feature against the baseline; both halves of the batch must stand out, on the same side."""
+    names = [name for name in FEATURES if name in learnt and name in numbers and np.isfinite(numbers[name][0])]
+    if not names:
+        return None
+    scores = np.zeros(len(names))
+    p_values = np.ones(len(names))
+    for i, name in enumerate(names):
+        mean, spread, dof = learnt[name]
+        off = (numbers[name] - mean) / max(float(spread), 1e-300)
+        halves = off[1:][np.isfinite(off[1:])]
+        lasts = len(halves) == 0 or (np.sign(halves) == np.sign(off[0])).all()
+        scores[i] = off[0] if not lasts else np.sign(off[0]) * min([abs(off[0]), *(1.5 * np.abs(halves))])
+        p_values[i] = min(1.0, 2.0 * len(names) * stats.t.sf(abs(scores[i]) if lasts else 0.0, dof))
+    i = int(np.argmin(p_values))
+    dof = float(learnt[names[i]][2])
+    limit = float(stats.t.isf(rate / (2.0 * len(names)), dof))
+    side = "above" if scores[i] > 0 else "below"
+    shown = numbers["shown"]
+    drawn = {name: shown[:, k + 1] for k, name in enumerate(SHOWN) if np.isfinite(shown[:, k + 1]).any()}
+    return Finding(
+        "signals", "signal", "", bool(p_values[i] < rate), float(p_values[i]), float(abs(scores[i])), limit, "deviations",
+        f"{names[i]} is {abs(scores[i]):.1f} deviations {side} its baseline (limit {limit:.1f})", None,
+        {"t": shown[:, 0], **drawn, "features": names, "scores": scores, "threshold": limit, "feature": names[i]},
+    )  # fmt: skip
+
+
+DETECTOR = Detector(
+    name="signals",
+    method="signal",
+    needs=(),
+    settings={"block_s": 5.0, "usual_share": 0.1, "prior_batches": 4.0},
+    tally=_Tally,
+    learn=learn,
+    look=look,
+    false_alarm_rate=0.1,
+    source="NLR predictive maintenance concept, section 2 (signal analysis); Smyth 2004 (moderated variance)",
+)
