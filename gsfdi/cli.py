@@ -5,6 +5,7 @@ Nothing is computed here, and nothing heavy is imported before a command runs, s
 
 import json
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -82,7 +83,7 @@ WORK = options(
 TALK = options(
     click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON document."),
     click.option("-v", "--verbose", count=True, help="Say more; -vv adds tracebacks."),
-    click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors."),
+    click.option("-q", "--quiet", is_flag=True, help="Say nothing but what is wrong."),
 )
 FAIL_ON = click.option(
     "--fail-on", type=click.Choice(LEVELS), help="Exit with status 1 if a verdict is at or above this level."
@@ -151,10 +152,10 @@ def ingest(
     from gsfdi.pipeline import ingest as stage
 
     if dry_run:
-        return show(stage.describe(sources, mappings), as_json)
+        return show(stage.describe(sources, mappings), as_json, quiet)
     with Progress(quiet) as progress:
         outcome = stage.ingest(sources, store=store, mappings=mappings, joints=joints, progress=progress)
-    return show(outcome, as_json)
+    return show(outcome, as_json, quiet)
 
 
 @cli.command()
@@ -204,7 +205,7 @@ def baseline(
             crew=Crew(jobs, scheduler),
             progress=progress,
         )
-    return show(outcome, as_json)
+    return show(outcome, as_json, quiet)
 
 
 @cli.command()
@@ -259,7 +260,7 @@ def analyze(
             crew=Crew(jobs, scheduler),
             progress=progress,
         )
-    return show(outcome, as_json, fail_on)
+    return show(outcome, as_json, quiet, fail_on)
 
 
 @cli.command()
@@ -337,7 +338,7 @@ def simulate(
         seed=seed,
         out=out,
     )
-    return show(outcome, as_json)
+    return show(outcome, as_json, quiet)
 
 
 @cli.command()
@@ -393,7 +394,7 @@ def reconcile(
             crew=Crew(jobs, scheduler),
             progress=progress,
         )
-    return show(outcome, as_json)
+    return show(outcome, as_json, quiet)
 
 
 @cli.command()
@@ -440,10 +441,10 @@ def prove(
     from gsfdi.workers import Crew
 
     if check is not None:
-        return show(stage.check(check), as_json)
+        return show(stage.check(check), as_json, quiet)
     with Progress(quiet) as progress:
         outcome = stage.prove(cases, seed=seed, out=out, crew=Crew(jobs, None), progress=progress)
-    return show(outcome, as_json)
+    return show(outcome, as_json, quiet)
 
 
 @cli.command()
@@ -474,7 +475,7 @@ def nightly(config: Path, fail_on: str | None, as_json: bool, verbose: int, quie
     settings = load_night(config)
     with Progress(quiet) as progress:
         outcome = stage.nightly(settings, progress=progress)
-    return show(outcome, as_json, fail_on or settings.fail_on)
+    return show(outcome, as_json, quiet, fail_on or settings.fail_on)
 
 
 @cli.command()
@@ -491,7 +492,7 @@ def terms(names: Sequence[str], as_json: bool, verbose: int, quiet: bool) -> int
     start_log(verbose, quiet)
     from gsfdi.pipeline import terms as stage
 
-    return show(stage.terms(names), as_json)
+    return show(stage.terms(names), as_json, quiet)
 
 
 @cli.command()
@@ -512,7 +513,7 @@ def completion(shell: str) -> int:
     return DONE
 
 
-def show(outcome: "Outcome", as_json: bool, fail_on: str | None = None) -> int:
+def show(outcome: "Outcome", as_json: bool, quiet: bool, fail_on: str | None = None) -> int:
     """Print what a stage found, name what was left out, and say how the command ends.
 
     Parameters
@@ -521,6 +522,8 @@ def show(outcome: "Outcome", as_json: bool, fail_on: str | None = None) -> int:
         What the stage found.
     as_json : bool
         Whether standard output carries one JSON document in the place of lines.
+    quiet : bool
+        Whether lines are not wanted; damaged input is still named.
     fail_on : str, optional
         Level of a verdict from which the exit status is 1.
 
@@ -531,7 +534,10 @@ def show(outcome: "Outcome", as_json: bool, fail_on: str | None = None) -> int:
     """
     for line in outcome.log:
         click.echo(line, err=True)
-    click.echo(json.dumps(outcome.result, indent=1) if as_json else "\n".join(outcome.lines))
+    if as_json:
+        click.echo(json.dumps(outcome.result, indent=1))
+    elif not quiet:
+        click.echo("\n".join(outcome.lines))
     if fail_on and any(level in LEVELS[LEVELS.index(fail_on) :] for level in outcome.levels):
         return FAILED_ON
     return DAMAGED if outcome.damaged else DONE
@@ -577,5 +583,6 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def main() -> None:
-    """Run the command of this process and exit with its status."""
+    """Run the command of this process and exit with its status; being ended is like Ctrl-C."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(run())

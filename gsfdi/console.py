@@ -27,6 +27,20 @@ def start_log(verbose: int, quiet: bool) -> None:
     LOG.addHandler(handler)
     LOG.setLevel(level)
     LOG.propagate = False
+    divert_warnings(LOG.handlers[0] if verbose > 1 else logging.NullHandler())
+
+
+def divert_warnings(handler: logging.Handler) -> None:
+    """Send Python's warnings to `handler`: they help whoever mends gsfdi, not whoever runs it at night.
+
+    Parameters
+    ----------
+    handler : logging.Handler
+        Where they go.
+    """
+    logging.captureWarnings(True)
+    warned = logging.getLogger("py.warnings")
+    warned.handlers, warned.propagate = [handler], False
 
 
 def fail(line: str, status: int) -> int:

@@ -1,15 +1,19 @@
 """Hands independent pieces of work, a joint each, to processes or to a Dask cluster; results come back in order."""
 
+import logging
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
+from gsfdi.console import divert_warnings
 from gsfdi.errors import UnusableInputError
 
+LOG = logging.getLogger("gsfdi")
 A = TypeVar("A")
 R = TypeVar("R")
 
@@ -98,12 +102,22 @@ def _pool(size: int) -> Iterator[tuple[Callable[..., Future[Any]], Callable[...,
     methods = multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
     if "forkserver" in methods:
-        context.set_forkserver_preload(["gsfdi.pipeline"])
-    pool = ProcessPoolExecutor(size, mp_context=context)
+        context.set_forkserver_preload(
+            ["gsfdi.pipeline.baseline", "gsfdi.pipeline.analyze", "gsfdi.pipeline.reconcile"]
+        )
+    pool = ProcessPoolExecutor(size, mp_context=context, initializer=_start, initargs=(LOG.getEffectiveLevel(),))
     try:
         yield pool.submit, as_completed
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _start(level: int) -> None:
+    """Begin a worker: as quiet as its parent, and leaving Ctrl-C to it."""
+    LOG.setLevel(level)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if level > logging.DEBUG:
+        divert_warnings(logging.NullHandler())
 
 
 @contextmanager
