@@ -1,13 +1,14 @@
 """``report.html``: the verdicts at a glance, worst first, and below them the plots that carry each."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 from gsfdi.reports import Analysis, Report, paired
 from gsfdi.reports.page import Figure, number, plotted, render, words
-from gsfdi.reports.verdict_plots import evidence_figures, signal_plots
+from gsfdi.reports.quantities import quantity
+from gsfdi.reports.verdict_plots import by_weight, evidence_figures, signal_plots
 from gsfdi.types import Finding, JointRecord, Level, Verdict
 
 WORST_FIRST: tuple[Level, ...] = (
@@ -58,18 +59,26 @@ def part(index: int, verdict: Verdict, record: JointRecord | None, columns: int)
         action=ACTIONS[verdict.action],
         leading=[] if quiet else shown,
         further=shown + signals[TELLING:] if quiet else signals[TELLING:],
-        findings=sorted(verdict.findings, key=lambda finding: (not finding.alarm, finding.p_value)),
+        findings=by_weight(verdict.findings),
         quality=quality_rows(record.quality if record is not None else {}),
     )
 
 
 def quality_rows(quality: Mapping[str, Mapping[str, float]]) -> list[tuple[str, str]]:
-    """Write what the reading found, channel by channel; what was counted zero times is left out."""
-    rows = []
+    """Write what the reading found, channel by channel; channels without a fault share the last row."""
+    rows, clean = [], []
     for channel, counts in quality.items():
-        found = [f"{words(kind)} {number(count, 4)}" for kind, count in counts.items() if count]
-        rows.append((channel, ", ".join(found) or "nothing to report"))
-    return rows
+        found = [" ".join((name, number(count, 4), unit)).strip() for name, unit, count in counted(counts)]
+        if found:
+            rows.append((words(channel), ", ".join(found)))
+        else:
+            clean.append(words(channel))
+    return [*rows, (", ".join(clean), "nothing to report")] if clean else rows
+
+
+def counted(counts: Mapping[str, float]) -> Iterator[tuple[str, str, float]]:
+    """Give the name, unit and value of what was found at all."""
+    return ((*quantity(kind), count) for kind, count in counts.items() if count)
 
 
 def recorded(records: tuple[JointRecord, ...]) -> str:
@@ -87,6 +96,17 @@ def recorded(records: tuple[JointRecord, ...]) -> str:
     )
 
 
+def listed(names: Sequence[str]) -> str:
+    """Write names in a row.
+
+    Examples
+    --------
+    >>> listed(["SH1", "SH2", "EL"])
+    'SH1, SH2 and EL'
+    """
+    return " and ".join([*([", ".join(names[:-1])] if names[1:] else []), names[-1]])
+
+
 def headline(verdicts: list[Verdict]) -> str:
     """Say in one line whether anybody must act."""
     acting = [verdict.joint for verdict in verdicts if verdict.verdict in ("critical", "distress", "warning")]
@@ -94,8 +114,8 @@ def headline(verdicts: list[Verdict]) -> str:
     if not verdicts:
         return "No joint was found in this batch"
     if acting:
-        names = ", ".join(acting[:4]) + (f" and {len(acting) - 4} more" if len(acting) > 4 else "")
-        return f"{names}: {'needs' if len(acting) == 1 else 'need'} attention"
+        names = acting if len(acting) <= 4 else [*acting[:3], f"{len(acting) - 3} more"]
+        return f"{listed(names)} {'needs' if len(acting) == 1 else 'need'} attention"
     if unsure:
         return f"No joint alarms; {len(unsure)} of {len(verdicts)} could not be assessed"
     return f"All {len(verdicts)} joints are normal" if len(verdicts) > 1 else f"{verdicts[0].joint} is normal"

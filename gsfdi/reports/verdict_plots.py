@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from gsfdi.channels import CHANNELS
-from gsfdi.reports.page import Figure, number, plotted, sentence, words
+from gsfdi.reports.page import Figure, number, percent, plotted, sentence, words
 from gsfdi.svg import Bar, Instant, Level, Line, Mark, Plot, draw_bars
 from gsfdi.types import Array, Finding, JointRecord, Verdict
 
@@ -19,8 +19,8 @@ Evidence = Mapping[str, Any]
 
 
 def onset(onset_s: float | None) -> tuple[Mark, ...]:
-    """Mark the onset, where there is one."""
-    return () if onset_s is None else (Instant(onset_s, f"onset {onset_s:.4g} s"),)
+    """Mark the onset, where there is one within the batch."""
+    return (Instant(onset_s, f"onset {onset_s:.4g} s"),) if onset_s else ()
 
 
 def signal_plots(record: JointRecord, onset_s: float | None) -> dict[str, Plot]:
@@ -59,8 +59,13 @@ def signal_plots(record: JointRecord, onset_s: float | None) -> dict[str, Plot]:
 
 def evidence_figures(verdict: Verdict, columns: int) -> list[Figure]:
     """Draw the evidence of every finding: the diagnosis, then the alarms, then the rest."""
-    order = sorted(verdict.findings, key=lambda one: (one.detector != "diagnosis", not one.alarm, one.p_value))
+    order = by_weight(verdict.findings)
     return [figure for finding in order for figure in drawer(finding)(finding, columns)]
+
+
+def by_weight(findings: Sequence[Finding]) -> list[Finding]:
+    """Order findings by what they say: the diagnosis, then alarms, the least probable by chance first."""
+    return sorted(findings, key=lambda one: (one.detector != "diagnosis", not one.alarm, one.p_value))
 
 
 def watched(
@@ -88,7 +93,7 @@ def watched(
     if bound is not None:
         marks.append(Level(float(bound), "threshold"))
         if np.nanmin(statistic, initial=0.0) < 0:
-            marks.append(Level(-float(bound), "threshold"))
+            marks.append(Level(-float(bound), ""))
     if finding.alarm:
         marks += onset(finding.onset_s)
     title = f"{finding.joint}: {said['name']}"
@@ -100,20 +105,22 @@ def watched(
 def ranked(finding: Finding, title: str, caption: str, bars: Sequence[Bar], limit: float = 0.0) -> Iterator[Figure]:
     """Draw a ranking."""
     if bars:
-        spoken = "; ".join(f"{bar.label} {bar.value:.3g}" for bar in bars)
+        spoken = "; ".join(f"{bar.label} {bar.note or number(bar.value)}" for bar in bars)
         yield Figure(caption, Markup(draw_bars(f"{finding.joint}: {title}", spoken, bars, limit)))
 
 
 def diagnosis(finding: Finding, columns: int) -> Iterator[Figure]:
-    """Draw the candidate faults by probability, with size and cosine."""
+    """Draw the candidate faults by probability, with how alike the batch and each known failure are."""
     evidence: Evidence = finding.evidence
-    shares = enumerate(zip(evidence["names"], evidence["probabilities"], strict=True))
-    bars = [Bar(words(name), float(share), tone="quiet" if i else "alarm") for i, (name, share) in shares]
-    yield from ranked(finding, "fault probabilities", "How probable each fault is.", bars, 1.0)
-    cosines = zip(evidence["names"], evidence["cosines"], strict=True)
-    bars = [Bar(words(name), float(cosine), tone="quiet") for name, cosine in cosines]
-    caption = "How alike this batch's fingerprint and that of each known failure are (cosine; 1 is the same)."
-    yield from ranked(finding, "cosines", caption, bars, 1.0)
+    rows = zip(evidence["names"], evidence["probabilities"], evidence["cosines"], strict=True)
+    bars = [
+        Bar(words(name), float(share), tone="quiet" if i else "alarm", note=f"{percent(share)}; cosine {cosine:.2f}")
+        for i, (name, share, cosine) in enumerate(rows)
+    ]
+    caption = (
+        "How probable each fault is; the cosine says how alike this batch and the known failure are (1: the same)."
+    )
+    yield from ranked(finding, "fault probabilities", caption, bars, 1.0)
 
 
 def innovations(finding: Finding, columns: int) -> Iterator[Figure]:

@@ -30,7 +30,8 @@ def draw_bars(title: str, description: str, bars: Sequence[Bar], limit: float = 
     shown = [bar for bar in bars if np.isfinite(bar.value)]
     left = min(330.0, 12 + LETTER * max((len(bar.label) for bar in shown), default=4))
     top = max([limit, *(max(bar.value, bar.high or 0.0) for bar in shown)]) or 1.0
-    scale = (width - left - 110) / top
+    right = 12 + LETTER * max((len(bar.note or f"{bar.value:.3g}") for bar in shown), default=0)
+    scale = (width - left - right) / top
     bottom = 8 + 22 * len(shown)
     values = ticks(0.0, top)
     marks = zip(values, tick_labels(values), strict=True)

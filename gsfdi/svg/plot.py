@@ -197,7 +197,7 @@ def draw(plot: Plot, columns: int = 260) -> str:
 
 def with_unit(label: str, unit: str) -> str:
     """Write an axis name with its unit in brackets."""
-    return f"{label} [{unit}]" if unit and unit != "1" else label
+    return f"{label} [{unit.replace('degC', '°C')}]" if unit and unit != "1" else label
 
 
 def svg(title: str, description: str, body: str, width: float, height: float) -> str:

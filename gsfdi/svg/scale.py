@@ -49,7 +49,7 @@ def extent(*arrays: Array) -> tuple[float, float]:
 
 
 def ticks(low: float, high: float, about: int = 5) -> list[float]:
-    """Choose round numbers (1, 2 or 5 times a power of ten) between `low` and `high`.
+    """Choose at least two round numbers (1, 2 or 5 times a power of ten) between `low` and `high`, or just beside.
 
     Examples
     --------
@@ -59,8 +59,11 @@ def ticks(low: float, high: float, about: int = 5) -> list[float]:
     raw = (high - low) / about
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= raw * 0.999)
-    first = math.ceil(low / step - 1e-9)
-    last = math.floor(high / step + 1e-9)
+    # A recording that ends one sample before 40 s has its tick at 40 s all the same.
+    slack = 0.005 * (high - low) / step
+    first, last = math.ceil(low / step - slack), math.floor(high / step + slack)
+    if last <= first:
+        return ticks(low, high, about + 2)
     return [round(k * step, 15 - math.floor(math.log10(step))) for k in range(first, last + 1)]
 
 

@@ -13,7 +13,8 @@ PLOT_STYLE = """
 --measured:#dbe4ec;--command:#8aa9c6;--before:#f0913d;--after:#5bb5f0;--alarm:#ff7b72;--quiet:#8795a3}}
 .plot{display:block;width:100%;height:auto;max-width:720px;font:12px system-ui,sans-serif}
 .plot text{fill:var(--faint)}
-.plot .m{text-anchor:middle}.plot .e{text-anchor:end}.plot .note{fill:var(--alarm);font-weight:600}
+.plot .m{text-anchor:middle}.plot .e{text-anchor:end}
+.plot .note{fill:var(--alarm);font-weight:600;paint-order:stroke;stroke:var(--paper);stroke-width:3px}
 .plot path,.plot .frame{fill:none;vector-effect:non-scaling-stroke}
 .plot .grid{stroke:var(--grid)}.plot .frame{stroke:var(--faint)}
 .plot .ln{stroke-width:1.3;stroke-linejoin:round}
