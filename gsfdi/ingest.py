@@ -24,6 +24,8 @@ PIECE = 4_000_000
 HEAD = 1 << 16
 _BASES = ("position", "joint_velocity", "motor_velocity", "motor_current", "drive_torque", "setpoint")
 """Channels whose clock a record keeps, the first that is there."""
+STRAY = 3
+"""A joint with no more samples than this, where others have a hundred times as many, is a damaged name."""
 STALE = 5.0
 """A held value older than this many of its own spacings is no longer believed."""
 
@@ -199,11 +201,14 @@ def _file(path: Path, mappings: Sequence[Mapping], joints: Sequence[str], piece:
                 continue
             _hold(held, item, joints)
             if piece is not None and held.size >= piece:
-                records = _records(held, ends, str(path), sha256)
+                records, strays = _without_strays(_records(held, ends, str(path), sha256), str(path))
+                problems += strays
                 any_records |= bool(records)
                 yield Batch(tuple(records))
                 held = _Held(defaultdict(list), {})
         records = _records(held, ends, str(path), sha256)
+        records, strays = _without_strays(records, str(path))
+        problems += strays
         any_records |= bool(records)
         if not any_records and not any(p.kind == "unusable" for p in problems):
             wanted = f" of {', '.join(joints)}" if joints else ""
@@ -325,6 +330,20 @@ def _carried(base_ns: Stamps, time_ns: Stamps, values: Array) -> tuple[Array, in
     at = np.maximum(at, 0)
     old = there & (base_ns - time_ns[at] > STALE * max(spacings, default=0.0))
     return np.where(there & ~old, values[at], np.nan), int(old.sum())
+
+
+def _without_strays(records: list[JointRecord], source: str) -> tuple[list[JointRecord], list[Problem]]:
+    """Leave out joints seen a few times in a long file: one flipped bit in a name makes a new joint."""
+    longest = max((len(record.t) for record in records), default=0)
+    strays = [record for record in records if len(record.t) <= min(STRAY, 0.01 * longest)]
+    told = [
+        Problem(
+            source, f"is damaged: it names a joint {joint!r} in {STRAY} messages at most; left out", "fetch it again"
+        )
+        for joint in sorted({record.joint for record in strays})
+    ]
+    kept = [record for record in records if not any(record is stray for stray in strays)]
+    return kept, told
 
 
 def _timing(records: list[JointRecord], path: Path) -> list[Problem]:

@@ -14,7 +14,7 @@ from gsfdi.types import Problem
 from gsfdi.wire import Item, Stamps, cdr, jsons, layout, proto
 from gsfdi.wire.kernels import Bytes, Ints, fields
 from gsfdi.wire.leaves import UndecodableError
-from gsfdi.wire.records import MAGIC, Block, Cursor, Note, hops, walk
+from gsfdi.wire.records import MAGIC, Block, Cursor, Note, hops, read_tail, walk
 
 MOST_TOPICS = 4_096
 _STATE_TOPICS = ("joint_states", "joint_state")
@@ -84,7 +84,7 @@ def read(path: Path, mappings: Sequence[Mapping]) -> Iterator[Item]:
                 if columns.values or columns.faults:
                     yield columns
     yield from problems.values()
-    yield from _remarks(path, contents, readers, mappings)
+    yield from _remarks(path, contents, mappings, whole=not problems)
 
 
 def describe(path: Path, mappings: Sequence[Mapping]) -> dict[str, object]:
@@ -259,12 +259,14 @@ def _integrity(contents: Contents) -> str:
     return f"unverified in {contents.unverified} of {contents.blocks} parts, which carry no checksum"
 
 
-def _remarks(
-    path: Path,
-    contents: Contents,
-    readers: dict[int, layout.Topic | jsons.Topic | None],
-    mappings: Sequence[Mapping],
-) -> Iterator[Problem]:
+def _remarks(path: Path, contents: Contents, mappings: Sequence[Mapping], whole: bool) -> Iterator[Problem]:
+    with path.open("rb") as file:
+        tail = read_tail(file, path.stat().st_size)
+    for opcode, body in tail.definitions:
+        _note(opcode, body, contents)
+    if whole and tail.messages not in (None, contents.counts.total()):
+        what = f"is damaged: its index speaks of {tail.messages} messages, {contents.counts.total()} are there"
+        yield Problem(str(path), what, "fetch the file again")
     for what in dict.fromkeys(contents.conflicts[:5]):
         yield Problem(str(path), f"is damaged: {what}", "fetch the file again")
     if contents.bare:
@@ -273,9 +275,9 @@ def _remarks(
         yield Problem(str(path), f"integrity {_integrity(contents)}", "let the recorder write chunk CRCs", "note")
     topics = {channel.topic for channel in contents.channels.values()}
     for mapping in mappings:
-        missing = sorted(mapping.topics() - topics)
-        if missing and mapping.topics() & topics:
-            what = f"has no topic {', '.join(missing)}, which {mapping.path} names"
+        absent = sorted(mapping.topics() - topics)
+        if absent and mapping.topics() & topics:
+            what = f"has no topic {', '.join(absent)}, which {mapping.path} names"
             yield Problem(str(path), what, "correct the mapping", "left_out")
 
 

@@ -2,6 +2,7 @@
 
 import io
 import json
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -12,6 +13,7 @@ import pyarrow.json as pj
 
 from gsfdi.mapping import Mapping
 from gsfdi.wire import Columns
+from gsfdi.wire.kernels import deepest
 from gsfdi.wire.layout import MOST_BARREN, MOST_MESSAGE, READ, SILENT, Messages, Rows, ticks_to_ns
 from gsfdi.wire.leaves import Leaf
 from gsfdi.wire.select import Choice, choose
@@ -19,6 +21,7 @@ from gsfdi.wire.select import Choice, choose
 FEW = 16
 """Blocks of fewer messages are read one by one."""
 MOST_LEAVES = 65_536
+MOST_DEPTH = 32
 
 
 class Topic:
@@ -37,6 +40,7 @@ class Topic:
         self.name, self.robot, self.mappings = name, robot, mappings
         self.barren = 0
         self.fruitful = False
+        self.backlog: Counter[str] = Counter()
         self.choices: dict[tuple[Leaf, ...], Choice] = {}
 
     @property
@@ -53,18 +57,18 @@ class Topic:
         """
         out = Rows(messages)
         if self.given_up:
-            return out.columns(self.name, False)
+            return out.columns(self.name, False, self.backlog)
         if len(messages.starts) < FEW or not self._at_once(messages, out):
             for row in range(len(messages.starts)):
                 self._one(messages, row, out)
-        return out.columns(self.name, self.fruitful)
+        return out.columns(self.name, self.fruitful, self.backlog)
 
     def _at_once(self, messages: Messages, out: Rows) -> bool:
         """Read a block whose messages all have the first one's layout; False if they do not."""
         whole = messages.data.tobytes()
         ends = (messages.starts + messages.sizes).tolist()
         lines = b"\n".join([whole[a:b] for a, b in zip(messages.starts.tolist(), ends, strict=True)])
-        if lines.count(b"\n") != len(ends) - 1:
+        if lines.count(b"\n") != len(ends) - 1 or deepest(np.frombuffer(lines, dtype=np.uint8)) > MOST_DEPTH:
             return False
         try:
             table = pj.read_json(

@@ -33,15 +33,30 @@ def hop(data: Bytes, at: int, opcodes: Bytes, starts: Ints, sizes: Ints) -> tupl
 
 
 @numba.njit(cache=True)
-def matching(data: Bytes, starts: Ints, expected: Bytes, mask: Bytes) -> Any:
-    """Which messages agree with the expected bytes wherever the mask has bits."""
+def matching(data: Bytes, starts: Ints, places: Ints, expected: Bytes, mask: Bytes) -> Any:
+    """Which messages have, at certain places, the expected bits wherever the mask has bits."""
     found = np.ones(len(starts), dtype=np.bool_)
     for i in range(len(starts)):
-        for j in range(len(expected)):
-            if (data[starts[i] + j] ^ expected[j]) & mask[j]:
-                found[i] = False
-                break
+        start = starts[i]
+        differs = np.uint8(0)
+        for j in range(len(places)):
+            differs |= (data[start + places[j]] ^ expected[j]) & mask[j]
+        found[i] = differs == 0
     return found
+
+
+@numba.njit(cache=True)
+def deepest(data: Bytes) -> int:
+    """How deep brackets and braces nest; those in strings count too."""
+    depth = most = 0
+    for i in range(len(data)):
+        byte = data[i]
+        if byte == 0x7B or byte == 0x5B:
+            depth += 1
+            most = max(most, depth)
+        elif byte == 0x7D or byte == 0x5D:
+            depth -= 1
+    return most
 
 
 @numba.njit(cache=True)

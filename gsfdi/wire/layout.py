@@ -4,6 +4,7 @@ Every structural bit of every message is compared with the one that was taken ap
 next one to be taken apart, so odd messages cost time but are never read by the wrong layout.
 """
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -51,11 +52,13 @@ class Rows:
             self.values[key] = np.full(len(self.time_ns), np.nan)
         return self.values[key]
 
-    def columns(self, origin: str, fruitful: bool) -> Columns:
-        """What was read; messages that say nothing are counted where others of the topic did."""
+    def columns(self, origin: str, fruitful: bool, backlog: Counter[str]) -> Columns:
+        """What was read; messages that say nothing are faults as soon as others of the topic say something."""
         read = self.state == READ
-        faults = {"undecodable": int(np.sum(self.state == UNDECODABLE)), "empty": int(np.sum(self.state == SILENT))}
-        faults = {kind: count for kind, count in faults.items() if count and fruitful}
+        backlog.update(undecodable=int(np.sum(self.state == UNDECODABLE)), empty=int(np.sum(self.state == SILENT)))
+        faults = dict(+backlog) if fruitful else {}
+        if fruitful:
+            backlog.clear()
         time_ns = self.time_ns
         if read.any() and not time_ns[read].any():
             time_ns = self.messages.log_ns  # a driver that leaves every stamp at zero
@@ -65,6 +68,7 @@ class Rows:
 
 
 class _Layout(NamedTuple):
+    places: Ints
     expected: Bytes
     mask: Bytes
     leaves: dict[str, Leaf]
@@ -93,6 +97,7 @@ class Topic:
         self.layouts: dict[int, list[_Layout]] = {}
         self.kept = self.barren = 0
         self.fruitful = False
+        self.backlog: Counter[str] = Counter()
 
     @property
     def given_up(self) -> bool:
@@ -109,7 +114,7 @@ class Topic:
         rows = Rows(messages)
         for size in np.unique(messages.sizes).tolist():
             self._of_size(messages, int(size), rows)
-        return rows.columns(self.name, self.fruitful)
+        return rows.columns(self.name, self.fruitful, self.backlog)
 
     def _of_size(self, messages: Messages, size: int, out: Rows) -> None:
         rows = np.flatnonzero(messages.sizes == size)
@@ -143,11 +148,13 @@ class Topic:
                 mask[leaf.offset : leaf.offset + leaf.size] = 0xFF
         self.fruitful |= bool(choice.picks)
         self.barren += not choice.picks
-        return _Layout(data.copy(), mask, {leaf.path: leaf for leaf in anatomy.leaves}, anatomy.big_endian, choice)
+        places = np.flatnonzero(mask)
+        by_path = {leaf.path: leaf for leaf in anatomy.leaves}
+        return _Layout(places, data[places], mask[places], by_path, anatomy.big_endian, choice)
 
     def _apply(self, layout: _Layout, messages: Messages, rows: Ints, out: Rows) -> Ints:
         """Read the rows that share the layout; give back the others."""
-        same = matching(messages.data, messages.starts[rows], layout.expected, layout.mask)
+        same = matching(messages.data, messages.starts[rows], layout.places, layout.expected, layout.mask)
         own = rows[same]
         if len(own):
             out.state[own] = READ if layout.choice.picks else SILENT
@@ -155,7 +162,8 @@ class Topic:
                 out.time_ns[own] = _times(layout.choice.clock, layout, messages, own)
             for pick in layout.choice.picks:
                 read = _values(messages.data, messages.starts[own], layout.leaves[pick.path], layout.big_endian)
-                out.column(pick.key)[own] = pick.factor * read + pick.offset
+                with np.errstate(invalid="ignore", over="ignore"):  # damaged numbers may be anything
+                    out.column(pick.key)[own] = pick.factor * read + pick.offset
         others: Ints = rows[~same]
         return others
 

@@ -61,6 +61,7 @@ class Tail:
     data_end: int = 0
     chunk_starts: tuple[int, ...] = ()
     messages: int | None = None
+    definitions: tuple[tuple[int, bytes], ...] = ()
     damaged: str = ""
 
 
@@ -155,13 +156,13 @@ def read_tail(file: BinaryIO, size: int) -> Tail:
     data_end = _data_end(file.read(13))
     if data_end is None:
         return Tail(damaged="its data section does not end where its footer says")
-    starts, messages = _summary(summary)
-    return Tail(True, data_end, start - 13, starts, messages)
+    return _summary(summary, data_end, start - 13)
 
 
-def _summary(summary: bytes) -> tuple[tuple[int, ...], int | None]:
-    """Where chunks start and how many messages there are, as the index says."""
+def _summary(summary: bytes, data_crc: int, data_end: int) -> Tail:
+    """What the index says: where chunks start, how many messages there are, schemas and channels once more."""
     starts: list[int] = []
+    definitions: list[tuple[int, bytes]] = []
     messages = None
     at = 0
     while at + 9 <= len(summary):
@@ -171,8 +172,10 @@ def _summary(summary: bytes) -> tuple[tuple[int, ...], int | None]:
             starts.append(struct.unpack_from("<Q", body, 16)[0])
         elif opcode == Opcode.STATISTICS and len(body) >= 8:
             messages = struct.unpack_from("<Q", body)[0]
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            definitions.append((opcode, body))
         at += 9 + size
-    return tuple(sorted(starts)), messages
+    return Tail(True, data_crc, data_end, tuple(sorted(starts)), messages, tuple(definitions))
 
 
 def _data_end(record: bytes) -> int | None:
