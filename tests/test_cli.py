@@ -184,8 +184,12 @@ def test_no_progress_bar_where_there_is_no_terminal(gsfdi: Callable[..., Said], 
 
 @pytest.mark.parametrize("signal", [2, 15])
 def test_an_interrupt_is_one_line(signal: int) -> None:
-    command = [sys.executable, "-c", "import sys, time, gsfdi.cli as c, gsfdi.pipeline.terms as t\n"
-               "t.terms = lambda names: (print('on', flush=True), time.sleep(60))\nsys.argv[1:] = ['terms']; c.main()"]  # fmt: skip
+    code = (
+        "import sys, time, gsfdi.cli as c, gsfdi.pipeline.terms as t\n"
+        "t.terms = lambda names: (print('on', flush=True), time.sleep(60))\n"
+        "sys.argv[1:] = ['terms']; c.main()"
+    )
+    command = [sys.executable, "-c", code]
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert running.stdout is not None
     assert running.stdout.readline() == "on\n"
