@@ -1,13 +1,14 @@
 """What drives a replay: the recorded command and measurements, the clock they make, and where the joint starts."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from gsfdi import replay as kernel
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel
-from gsfdi.replay import Clock
 from gsfdi.types import Array, JointRecord, frozen
 
 REGULAR = 1e-3  # share of a period within which jittering stamps count as regular
@@ -29,6 +30,26 @@ class Signals(NamedTuple):
     position: Array
     velocity: Array
     temperature: Array
+
+
+class Clock(NamedTuple):
+    """Events of a replay in order of time: controller ticks and recorded samples.
+
+    ``events`` (E, kernel.EVENT_WIDTH) holds what each brings; ``noise`` (E, 2) is what position and speed sensor add,
+    or has no rows; ``resolution`` (2,) their smallest steps.
+    """
+
+    events: Array
+    noise: Array
+    resolution: Array
+
+    def restarting(self, samples: Sequence[int]) -> "Clock":
+        """Give the clock restarts at these samples, which take the states in this order."""
+        events = self.events.copy()
+        events[:, kernel.RESTART] = -1
+        at = np.flatnonzero(events[:, kernel.RECORD] >= 0)[np.asarray(samples, dtype=np.int64)]
+        events[at, kernel.RESTART] = np.arange(len(samples))
+        return self._replace(events=events)
 
 
 class Start(NamedTuple):
@@ -130,29 +151,26 @@ def clock_of(signals: Signals, period: float | None) -> Clock:
     if period is not None and np.median(steps) >= 0.75 * period:
         ticks = np.maximum(1, np.rint(steps / period)).astype(np.int64)
     at = np.concatenate([[0], np.cumsum(ticks)])
-    events = at[-1] + 1
-    time = np.interp(np.arange(events), at, t)
-    record = np.full(events, -1, dtype=np.int64)
+    time = np.interp(np.arange(at[-1] + 1), at, t)
+    record = np.full(time.size, -1, dtype=np.int64)
     record[at] = np.arange(t.size)
-    tick = np.full(events, period is not None)
+    tick = np.full(time.size, period is not None)
     if period is not None and np.median(steps) < 0.75 * period:
         tick = np.diff(np.floor((t - t[0]) / period + 0.01), prepend=-1.0) > 0
     before = np.maximum.accumulate(record)  # sample that an event follows
-    return Clock(
-        time=time,
-        tick=tick,
-        record=record,
-        restart=np.full(events, -1, dtype=np.int64),
-        setpoint=np.interp(time, t, signals.setpoint),
-        rate=np.interp(time, t, signals.setpoint_rate),
-        feedforward=signals.feedforward[before],
-        effort=signals.effort[before],
-        position=np.where(record >= 0, signals.position[before], np.nan),
-        velocity=np.where(record >= 0, signals.velocity[before], np.nan),
-        temperature=np.interp(time, t, signals.temperature),
-        noise=np.empty((0, 2)),
-        resolution=np.zeros(2),
-    )
+    events = np.empty((time.size, kernel.EVENT_WIDTH))
+    events[:, kernel.TIME] = time
+    events[:, kernel.TICK] = tick
+    events[:, kernel.RECORD] = record
+    events[:, kernel.RESTART] = -1
+    events[:, kernel.SETPOINT] = np.interp(time, t, signals.setpoint)
+    events[:, kernel.RATE] = np.interp(time, t, signals.setpoint_rate)
+    events[:, kernel.FEEDFORWARD] = signals.feedforward[before]
+    events[:, kernel.EFFORT] = signals.effort[before]
+    events[:, kernel.POSITION] = np.where(record >= 0, signals.position[before], np.nan)
+    events[:, kernel.VELOCITY] = np.where(record >= 0, signals.velocity[before], np.nan)
+    events[:, kernel.TEMPERATURE] = np.interp(time, t, signals.temperature)
+    return Clock(events, np.empty((0, 2)), np.zeros(2))
 
 
 def start_of(signals: Signals, model: JointModel) -> Start:

@@ -1,6 +1,7 @@
 """Turns a model into the arrays that the compiled replay runs on."""
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
@@ -8,29 +9,29 @@ from typing import Any
 import numba
 import numpy as np
 from numba import types
+from scipy.optimize import brentq
 
-from gsfdi import replay
+from gsfdi import replay as kernel
 from gsfdi.errors import UnusableInputError, nearest
 from gsfdi.model import JointModel, Plant, TermUse
 from gsfdi.motion import QUANTITIES, STATES, STIFFNESS, TIME, VALUE, WINDUP, Law, PhysicsTerm
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 
-PARAMETERS = 4  # columns of a packed term: no term has more
 LINEAR_PHASE = 0.5  # [rad] of the fastest mode per substep: the matrix exponential's series then holds to 1e-14
 LAW_PHASE = 0.25  # the same where laws act: a harmonic oscillator made of laws is then 0.3 % off in frequency
 LAW_DECAY = 0.5  # largest decay of a law's damping per substep
 
 _SLOT = {
-    "torque_constant": replay.TORQUE_CONSTANT,
-    "current": replay.CURRENT,
-    "delay": replay.DELAY,
-    "windup": replay.WINDUP,
-    "spring": replay.SPRING,
-    "position_sensor": replay.POSITION_SENSOR,
-    "velocity_sensor": replay.VELOCITY_SENSOR,
-    "current_sensor": replay.CURRENT_SENSOR,
-    "latency": replay.LATENCY,
+    "torque_constant": kernel.TORQUE_CONSTANT,
+    "current": kernel.CURRENT,
+    "delay": kernel.DELAY,
+    "windup": kernel.WINDUP,
+    "spring": kernel.SPRING,
+    "position_sensor": kernel.POSITION_SENSOR,
+    "velocity_sensor": kernel.VELOCITY_SENSOR,
+    "current_sensor": kernel.CURRENT_SENSOR,
+    "latency": kernel.LATENCY,
 }
 _FACTORS = ("motor_inertia", "output_inertia", "stiffness")
 
@@ -42,9 +43,10 @@ def terms() -> dict[str, PhysicsTerm]:
 
 def term_of(use: TermUse) -> PhysicsTerm:
     """Find the term that `use` names."""
-    if use.term not in terms():
+    term = terms().get(use.term)
+    if term is None:
         raise UnusableInputError(f"term {use.term!r}", "no physics term is called that", nearest(use.term, terms()))
-    return terms()[use.term]
+    return term
 
 
 @cache
@@ -68,15 +70,15 @@ def slot_of(use: TermUse, structure: str) -> int:
         return -1
     if term.place in _SLOT:
         return _SLOT[term.place]
-    motor = structure == "rigid" or side_of(use) == "motor"
+    motor = structure == "rigid" or side_of(use, structure) == "motor"
     if term.place == "dry":
-        return replay.MOTOR_DRY if motor else replay.OUTPUT_DRY
-    return replay.MOTOR_TORQUE if motor else replay.OUTPUT_TORQUE
+        return kernel.MOTOR_DRY if motor else kernel.OUTPUT_DRY
+    return kernel.MOTOR_TORQUE if motor else kernel.OUTPUT_TORQUE
 
 
-def side_of(use: TermUse) -> str:
-    """Side on which the term sits: as `use` says, else the term's usual one, else the motor's."""
-    return use.side or next(iter(term_of(use).sides), "motor")
+def side_of(use: TermUse, structure: str) -> str:
+    """Side on which the term sits: as `use` says, else its usual one, else the motor's; a rigid joint has only one."""
+    return "output" if structure == "rigid" else use.side or next(iter(term_of(use).sides), "motor")
 
 
 def plant_at(model: JointModel, time: float) -> Plant:
@@ -100,88 +102,65 @@ def plant_at(model: JointModel, time: float) -> Plant:
 
 
 def era(model: JointModel, time: float) -> list[float]:
-    """Row of `replay.Joint.eras` that begins at `time`."""
+    """Row of a packed model for the era that begins at `time`."""
     plant = plant_at(model, time)
     gain = plant.gear_ratio * plant.torque_constant
     motor = plant.gear_ratio**2 * plant.motor_inertia
     if model.structure == "rigid":
-        return [math.inf, plant.output_inertia + motor, 0.0, plant.damping, gain, 1.0, time]
-    return [motor, plant.output_inertia, plant.stiffness, plant.damping, gain, 0.0, time]
+        return [math.inf, plant.output_inertia + motor, 0.0, plant.damping, gain, time]
+    return [motor, plant.output_inertia, plant.stiffness, plant.damping, gain, time]
 
 
-def longest_step(model: JointModel, row: Sequence[float], finer: int) -> float:
+def longest_step(model: JointModel, row: Sequence[float]) -> float:
     """Greatest substep [s] that resolves the plant of one era and the terms that act on it."""
-    motor, output, stiffness, damping, _, rigid, _ = row
+    motor, output, stiffness, damping, *_ = row
     compliance = {"motor": 1 / motor, "output": 1 / output, "spring": 1 / motor + 1 / output}
     square, decay, laws = stiffness * compliance["spring"], 0.0, False
-    linear = min(LINEAR_PHASE / math.sqrt(max(square, 1e-12)), LINEAR_PHASE * output / max(damping, 1e-12))
+    linear = LINEAR_PHASE / max(math.sqrt(square), damping / output, 1e-6)
     for use in model.physics:
         term = term_of(use)
         if term.place not in ("torque", "dry", "windup", "spring"):
             continue
         laws, values = True, values_of(use)
-        place = "spring" if term.place in ("windup", "spring") else "output" if rigid else side_of(use)
+        place = "spring" if term.place in ("windup", "spring") else side_of(use, model.structure)
         square += abs(term.stiffness(values)) * compliance[place] if term.stiffness else 0.0
         decay += abs(term.damping(values)) * compliance[place] if term.damping else 0.0
     if not laws:
-        return linear / finer
-    return min(linear, LAW_PHASE / math.sqrt(max(square, 1e-12)), LAW_DECAY / max(decay, 1e-12)) / finer
+        return linear
+    return min(linear, LAW_PHASE / max(math.sqrt(square), 1e-6), LAW_DECAY / max(decay, 1e-6))
 
 
-def pack(model: JointModel, finer: int = 1) -> replay.Joint:
-    """Pack `model` for the kernel; `finer` divides every substep."""
+def pack(model: JointModel, finer: int = 1) -> Array:
+    """Pack `model` into one array for the kernel (see the index constants there); `finer` divides every substep."""
     chosen = [(slot, use) for use in model.physics if (slot := slot_of(use, model.structure)) >= 0]
     chosen.sort(key=lambda pair: pair[0])
-    changes = {use.onset for use in model.physics if slot_of(use, model.structure) < 0 and use.onset}
+    changes = {use.onset for use in model.physics if use.onset and slot_of(use, model.structure) < 0}
     eras = [era(model, time) for time in (0.0, *sorted(changes))]
-    params, states = np.zeros((len(chosen), PARAMETERS)), np.zeros((len(chosen), STATES))
+    slots = [slot for slot, _ in chosen]
     wave = 0.0
-    for row, (_, use) in zip(params, chosen, strict=True):
+    rows = np.zeros((len(chosen), kernel.TERM_WIDTH))
+    for row, (_, use) in zip(rows, chosen, strict=True):
         values, term = values_of(use), term_of(use)
-        row[: values.size] = values
+        row[kernel.ADDRESS] = compiled(term.law).address  # below 2^53, so exact
+        row[kernel.ONSET] = -math.inf if use.onset is None else use.onset
+        row[kernel.PARAMS : kernel.PARAMS + values.size] = values
         if term.wave:
             wave = max(wave, float(values[[param.name for param in term.params].index(term.wave)]))
-    slots = np.array([slot for slot, _ in chosen], dtype=np.int64)
-    control = model.controller
-    return replay.Joint(
-        eras=np.array(eras),
-        controller=np.array(
-            [
-                control.proportional,
-                control.integral,
-                control.derivative,
-                control.rate_feedforward,
-                control.limit,
-            ]
-            if control
-            else [0.0, 0.0, 0.0, 0.0, math.inf]
-        ),
-        steps=np.array([min(longest_step(model, row, finer) for row in eras), wave * finer, model.plant.gear_ratio]),
-        address=np.array([compiled(term_of(use).law).address for _, use in chosen], dtype=np.int64),
-        first=np.searchsorted(slots, np.arange(replay.SLOTS + 1)),
-        params=params,
-        onset=np.array([-math.inf if use.onset is None else use.onset for _, use in chosen]),
-        states=states,
-    )
+    step = min(longest_step(model, row) for row in eras) / finer
+    law = model.controller
+    gains = (law.proportional, law.integral, law.derivative, law.rate_feedforward, law.limit) if law else (0,) * 5
+    rigid = model.structure == "rigid"
+    head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, len(eras)]
+    first = [bisect_left(slots, slot) for slot in range(kernel.SLOTS + 1)]
+    return np.concatenate([head, first, np.ravel(eras), rows.ravel()], dtype=np.float64)
 
 
-def stack(joints: Sequence[replay.Joint]) -> replay.Joint:
-    """Stack packed models of whatever shape along a leading axis."""
-    if len(joints) == 1:
-        return joints[0]._replace(**{name: array[None] for name, array in joints[0]._asdict().items()})
-
-    def padded(arrays: Sequence[Any], fill: float) -> Any:
-        rows = max(array.shape[0] for array in arrays)
-        out = np.full((len(arrays), rows, *arrays[0].shape[1:]), fill, dtype=arrays[0].dtype)
-        for target, array in zip(out, arrays, strict=True):
-            target[: array.shape[0]] = array
-        return out
-
-    # A padded era never comes: it begins at infinity.
-    fills: dict[str, float] = {"eras": math.inf}
-    return replay.Joint(
-        **{name: padded([getattr(j, name) for j in joints], fills.get(name, 0)) for name in replay.Joint._fields}
-    )
+def stack(packed: Sequence[Array]) -> Array:
+    """Stack packed models (batch, length); each knows its own length, so what pads it is never read."""
+    out = np.zeros((len(packed), max(array.size for array in packed)))
+    for row, array in zip(out, packed, strict=True):
+        row[: array.size] = array
+    return out
 
 
 def spring_inverse(model: JointModel, torque: float) -> float:
@@ -190,29 +169,22 @@ def spring_inverse(model: JointModel, torque: float) -> float:
     shaping = [use for use in model.physics if term_of(use).place in ("windup", "spring")]
     if not shaping:
         return torque / plant.stiffness
-    low, high = -(abs(torque) / plant.stiffness + 0.1), abs(torque) / plant.stiffness + 0.1
+    reach = abs(torque) / plant.stiffness + 0.1
     passes = _spring(model, plant, shaping)
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if passes(middle) < torque else (low, middle)
-    return 0.5 * (low + high)
+    return float(brentq(lambda windup: passes(windup) - torque, -reach, reach, xtol=1e-12))
 
 
 def _spring(model: JointModel, plant: Plant, shaping: Sequence[TermUse]) -> Callable[[float], float]:
     """Torque of the spring against wind-up at rest; terms with memory, whose past is unknown, are left out."""
-    m = np.zeros(QUANTITIES)
+    m, s = np.zeros(QUANTITIES), np.zeros(STATES)
+    maps = [(term_of(use).law, values_of(use)) for use in shaping if term_of(use).place == "windup"]
+    adds = [(t.law, values_of(use)) for use in shaping if (t := term_of(use)).place == "spring" and not t.memory]
 
     def passes(windup: float) -> float:
         m[STIFFNESS], m[VALUE] = plant.stiffness, windup
-        for use in shaping:
-            if term_of(use).place == "windup" and not term_of(use).wave:
-                m[VALUE] = term_of(use).law(m, values_of(use), np.zeros(STATES))
+        for law, values in maps:
+            m[VALUE] = law(m, values, s)
         m[WINDUP] = m[VALUE]
-        added = sum(
-            term_of(use).law(m, values_of(use), np.zeros(STATES))
-            for use in shaping
-            if term_of(use).place == "spring" and not term_of(use).memory
-        )
-        return float(plant.stiffness * m[WINDUP] + added)
+        return float(plant.stiffness * m[WINDUP] + sum(law(m, values, s) for law, values in adds))
 
     return passes

@@ -20,11 +20,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from gsfdi import replay as kernel
 from gsfdi.channels import Axis
-from gsfdi.drive import Drive, Signals, Start, drive_from, drive_of
+from gsfdi.drive import Clock, Drive, Signals, Start, drive_from, drive_of
 from gsfdi.errors import UnusableInputError, nearest
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import linear_name
@@ -141,16 +140,16 @@ def replay_many(
         Divides every substep.
     """
     require(models, drive, mode)
-    joints = stack([pack(model, finer) for model in models])
+    packed = stack([pack(model, finer) for model in models])
     starts = np.array([initial_state(model, drive.start) for model in models]) if x0 is None else x0
     clock, again = drive.clock, np.zeros((len(models), 0, 5))
     if len(restarts):
         if states is None:
             raise ValueError("restarts need states (models, restarts, 5)")
         again = np.ascontiguousarray(np.broadcast_to(states, (len(models), len(restarts), 5)))
-        clock = with_restarts(clock, restarts)
+        clock = clock.restarting(restarts)
     gains = np.ascontiguousarray(np.broadcast_to(np.zeros((4, 2)) if gain is None else gain, (len(models), 4, 2)))
-    return run(models, joints, clock, mode, starts, gains, again, drive.t)
+    return run(models, packed, clock, mode, np.asarray(starts, dtype=np.float64), gains, again, drive.t)
 
 
 def require(models: Sequence[JointModel], drive: Drive, mode: Mode) -> None:
@@ -164,47 +163,39 @@ def require(models: Sequence[JointModel], drive: Drive, mode: Mode) -> None:
         raise UnusableInputError(name, f"the recording has no {models[0].effort}", "replay its setpoint instead")
 
 
-def with_restarts(clock: kernel.Clock, restarts: Sequence[int]) -> kernel.Clock:
-    """Give the clock restarts at the samples numbered in `restarts`."""
-    marks = np.full(clock.time.size, -1, dtype=np.int64)
-    marks[np.searchsorted(np.maximum.accumulate(clock.record), restarts)] = np.arange(len(restarts))
-    return clock._replace(restart=marks)
-
-
 def run(
     models: Sequence[JointModel],
-    joints: kernel.Joint,
-    clock: kernel.Clock,
+    packed: Array,
+    clock: Clock,
     mode: Mode,
-    starts: npt.NDArray[np.float64],
+    starts: Array,
     gains: Array,
     again: Array,
     t: Array,
 ) -> list[Trace]:
     """Run the kernel and name what it gives."""
-    batch, events, n = len(models), clock.time.size, t.size
-    state, effort = np.full((batch, events, 5), np.nan), np.full((batch, events), np.nan)
-    sensed, innovation = np.full((batch, n, 3), np.nan), np.full((batch, n, 2), np.nan)
-    starts = np.ascontiguousarray(starts, dtype=np.float64)
-    kernel.run_many(joints, clock, _MODES[mode], starts, gains, again, state, effort, sensed, innovation)
-    samples = slice(None) if events == n else clock.record >= 0
-    return [trace(model, t, state[b][samples], sensed[b], innovation[b]) for b, model in enumerate(models)]
+    events = clock.events.shape[0]
+    state = np.full((len(models), events, kernel.STATE_WIDTH), np.nan)
+    shown = np.full((len(models), t.size, kernel.SHOWN_WIDTH), np.nan)
+    kernel.run_many(packed, *clock, _MODES[mode], starts[:, None, :], gains, again, state, shown)
+    at = slice(None) if events == t.size else clock.events[:, kernel.RECORD] >= 0
+    return [trace(model, t, state[b][at], shown[b]) for b, model in enumerate(models)]
 
 
-def trace(model: JointModel, t: Array, state: Array, sensed: Array, innovation: Array) -> Trace:
+def trace(model: JointModel, t: Array, state: Array, shown: Array) -> Trace:
     """Name the columns of what the kernel gave for one model."""
     rigid = model.structure == "rigid"
-    speed = sensed[:, 1]
+    speed = shown[:, 1]
     return Trace(
         t=t,
-        position=sensed[:, 0],
+        position=shown[:, 0],
         motor_velocity=model.plant.gear_ratio * speed if rigid else speed,
         joint_velocity=speed if rigid else state[:, 1] + state[:, 3],
-        effort=sensed[:, 2],
+        effort=shown[:, kernel.SHOWN_EFFORT],
         windup=state[:, 2],
         motor_angle=state[:, 0],
-        state=state,
-        innovation=innovation,
+        state=state[:, : kernel.INTEGRAL + 1],
+        innovation=shown[:, kernel.INNOVATION :],
     )
 
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 
+from gsfdi.drive import Clock
 from gsfdi.model import Bus, JointModel, Sensors
-from gsfdi.replay import Clock
 from gsfdi.types import Array
 
 
 def noisy(clock: Clock, sensors: Sensors, seed: int) -> Clock:
     """Give the clock the noise and resolution of the sensors, which the controller then sees too."""
-    noise = np.random.default_rng((seed, 1)).standard_normal((clock.time.size, 2))
+    noise = np.random.default_rng((seed, 1)).standard_normal((clock.events.shape[0], 2))
     noise *= [sensors.position_noise, sensors.motor_velocity_noise]
     return clock._replace(
         noise=noise, resolution=np.array([sensors.position_resolution, sensors.motor_velocity_resolution])
