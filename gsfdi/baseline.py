@@ -19,8 +19,8 @@ from gsfdi.nominal import Nominal, observer, watch
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord, Problem
 
-PIECE = 30.0
-"""A single long recording is cut into pieces of at least this length, to see how the joint varies [s]."""
+PIECE = 5.0
+"""A recording is cut into pieces of no less than this where there are few, to see how the joint varies [s]."""
 FEWEST = 4
 """Pieces that a joint's baseline is cut into when it has fewer batches than this."""
 
@@ -175,7 +175,7 @@ def _pieces(records: Sequence[JointRecord]) -> list[JointRecord]:
     pieces = []
     for record in records:
         length = float(record.t[-1] - record.t[0]) if len(record.t) else 0.0
-        count = int(np.clip(length // PIECE, 1, -(-FEWEST // len(records)))) if length >= PIECE else 1
+        count = int(np.clip(length // PIECE, 1, -(-FEWEST // len(records)))) if length >= 2 * PIECE else 1
         edges = np.linspace(0, len(record.t), count + 1).astype(int)
         pieces += [part_of(record, low, high) for low, high in zip(edges[:-1], edges[1:], strict=True)]
     return pieces

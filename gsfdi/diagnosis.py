@@ -99,8 +99,10 @@ TWINS: Mapping[str, tuple[str, ...]] = {
 """Faults that leave the same trace in these channels, whatever the motion."""
 SURE = 150.0
 """Weight of evidence at which the model's own error begins to count for more than noise."""
-EXPLAINED = 0.5
-"""Share of everything the batch shows beyond noise that a single fault must explain to be named with confidence."""
+EXPLAINED = 0.3
+"""Share of what the batch shows beyond its baseline that a single fault must explain to be named."""
+LIKELY = 0.25
+"""Probability below which a fault is not named."""
 
 
 def assess(
@@ -276,6 +278,13 @@ def _cosines(numbers: Mapping[str, Array], baseline: JointBaseline) -> Array:
     return np.asarray(np.abs(batch @ known) / np.maximum(np.linalg.norm(batch) * np.linalg.norm(known, axis=0), 1e-300))
 
 
+def _explains(best: Candidate, numbers: Mapping[str, Array], baseline: JointBaseline) -> bool:
+    """Whether one fault is likely enough, and accounts for enough of what the batch shows beyond its baseline."""
+    energy = numbers["energy"].sum(axis=0)
+    excess = float(energy[0] - energy[1] * baseline.learnt["innovations"]["energy"][0])
+    return best.probability >= LIKELY and best.gain >= EXPLAINED * excess
+
+
 def _severity(best: Candidate, baseline: JointBaseline, numbers: Mapping[str, Array], span: float) -> float:
     """Share of the joint's capability that the fault takes by the end of the batch."""
     if best.direction.neutral == 1.0:
@@ -299,9 +308,11 @@ def _verdict(
         return Verdict(joint, "normal", "none", None, None, None, (), None, methods, when_due,
                        f"{joint} behaves as its baseline does.", tuple(findings))  # fmt: skip
     span = float(len(numbers["innovations"]["g"]) * numbers["innovations"]["width"][0])
-    if matched is None or not matched.alarm or not candidates:
+    if matched is None or not matched.alarm or not _explains(candidates[0], numbers["innovations"], baseline):
         first = min(alarmed, key=lambda one: one.p_value)
-        says = f"{joint} departs from its baseline ({first.sentence}), and no known fault explains it."
+        found = explain() if explain is not None else None
+        why = str(found["says"]) if found else "no single known fault explains it"
+        says = f"{joint} departs from its baseline: {first.sentence}; {why}."
         return Verdict(
             joint, "warning", "inspect", None, None, None, (), first.onset_s, methods, NO_DUE, says, tuple(findings)
         )

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import signal
 
-from gsfdi.directions import DIRECTIONS, Direction, library
+from gsfdi.directions import DIRECTIONS, Direction, Moving, library
 from gsfdi.errors import BaselineError
 from gsfdi.model import JointModel, Plant
 from gsfdi.nominal import Nominal, entries, observer, score, watch
@@ -23,6 +23,8 @@ LEARNT = (
     "gravity_unbalance:s", "gravity_unbalance:c", "cable_harness", "quadratic_friction", "load_dependent_friction",
 )  # fmt: skip
 """Terms that a fault-free joint may be found to have."""
+SIMPLE = LEARNT[:4] + LEARNT[5:7]
+"""Those of them that a first regression may find."""
 TRUST = 0.2
 """Spread of the prior on a model file's inertias and stiffness, as a share."""
 WORTH = 0.01
@@ -43,18 +45,19 @@ def noise_of(values: Array) -> float:
     >>> round(noise_of(np.sin(np.arange(9999) / 300) + 0.01 * rng.standard_normal(9999)), 3)
     0.01
     """
-    third = np.diff(values, 3)
-    spread = 1.4826 * float(np.median(np.abs(third - np.median(third)))) / 20.0**0.5
-    quantum = _quantum(values)
-    return float(max(spread, quantum / 12.0**0.5, 1e-12 * float(np.ptp(values)), 1e-15))
+    third = np.abs(np.diff(values, 3))
+    third = third[third > 1e-9 * float(np.ptp(values))]  # at rest a coarse channel shows no noise at all
+    busy = len(third) > 0.1 * len(values)
+    spread = 1.4826 * float(np.median(third)) / 20.0**0.5 if busy else 0.0
+    return float(max(spread, _quantum(values) / 12.0**0.5, 1e-8 * float(np.ptp(values)), 1e-12))
 
 
 def _quantum(values: Array) -> float:
     """Step of the channel's resolution, 0 where its values do not repeat."""
     steps = np.abs(np.diff(values))
-    steps = steps[steps > 0]
-    smallest = float(np.min(steps)) if len(steps) else 0.0
-    return smallest if len(steps) > 8 and len(np.unique(values)) < 0.5 * len(values) else 0.0
+    steps = steps[steps > 1e-7 * float(np.ptp(values))]
+    repeats = len(np.unique(values)) < 0.5 * len(values)
+    return float(np.min(steps)) if len(steps) > 8 and repeats else 0.0
 
 
 def cut(record: JointRecord, nominal: Nominal, extra: Sequence[str] = ()) -> list[Stretch]:
@@ -142,27 +145,31 @@ def _ratio(records: Sequence[JointRecord]) -> float:
 
 
 def _regressed(nominal: Nominal, parts: Sequence[Stretch]) -> Nominal:
-    """Inertia of a joint without a model file, by regression of the smoothed effort on the smoothed motion."""
+    """Inertia, friction and weight of a joint without a model file: smoothed effort regressed on smoothed motion."""
+    keys = [key for key in _terms(nominal, parts) if key in SIMPLE]
     rows, pushes = [], []
     b, a = signal.butter(2, min(0.5, max(10.0 * nominal.step, 0.05)))
     for part in parts:
         if len(part.trusted) < 60:
             continue
-        q = signal.filtfilt(b, a, part.values["position"])
-        u = (
-            signal.filtfilt(b, a, part.values[nominal.effort])
-            * nominal.plant.gear_ratio
-            * nominal.plant.torque_constant
-        )
-        v = np.gradient(q, part.step)
-        acc = np.gradient(v, part.step)
-        rows.append(np.column_stack([acc, v, np.tanh(v / nominal.slow), np.ones_like(v), np.sin(q), np.cos(q)])[5:-5])
-        pushes.append(u[5:-5])
+        smooth = {name: signal.filtfilt(b, a, part.values[name]) for name in ("position", nominal.effort)}
+        speed = np.gradient(smooth["position"], part.step)
+        zero = np.zeros_like(speed)
+        seen = Moving(part.t, smooth["position"], speed, zero, smooth["position"], speed, zero, zero, zero, zero, zero,
+                      zero, nominal.plant, nominal.slow)  # fmt: skip
+        columns = [np.gradient(speed, part.step), *(BY_KEY[key].shape(seen) for key in keys)]  # type: ignore[misc]
+        rows.append(np.column_stack(columns)[5:-5])
+        pushes.append(smooth[nominal.effort][5:-5] * nominal.plant.gear_ratio * nominal.plant.torque_constant)
+    if not rows:
+        return nominal
     X, y = np.concatenate(rows), np.concatenate(pushes)
     X = X / (scale := np.maximum(np.sqrt(np.mean(X**2, axis=0)), 1e-12))
-    found = np.linalg.solve(X.T @ X + 1e-6 * len(X) * np.eye(X.shape[1]), X.T @ y) / scale
+    found = np.linalg.solve(X.T @ X + 1e-4 * len(X) * np.eye(X.shape[1]), X.T @ y) / scale
     least = 0.02 * float(np.std(y)) / max(float(scale[0]), 1e-12)
-    return replace(nominal, plant=replace(nominal.plant, output_inertia=max(float(found[0]), least)))
+    terms = dict(zip(keys, (float(value) for value in found[1:]), strict=True))
+    terms["coulomb_friction:motor"] = max(terms.get("coulomb_friction:motor", 0.0), 0.0)
+    plant = replace(nominal.plant, output_inertia=max(float(found[0]), least))
+    return replace(nominal, plant=plant, terms=terms)
 
 
 def _terms(nominal: Nominal, parts: Sequence[Stretch]) -> tuple[str, ...]:
@@ -181,8 +188,11 @@ def _likelihood(nominal: Nominal, parts: Sequence[Stretch]) -> float:
     for part in parts:
         seen = watch(nominal, run, part, BY_KEY)
         e = seen.e[seen.live * seen.used > 0]
-        total += e.T @ e
+        with np.errstate(over="ignore", invalid="ignore"):  # a guess may run away
+            total += e.T @ e
         count += len(e)
+    if not np.isfinite(total).all():
+        return -np.inf
     sign, size = np.linalg.slogdet(total / max(count, 1.0) + 1e-300 * np.eye(len(total)))
     return -0.5 * count * float(size) if sign > 0 and np.isfinite(size) else -np.inf
 

@@ -43,6 +43,7 @@ def riccati(Ad: Array, C: Array, Q: Array, R: Array, P: Array, steps: int) -> tu
     covariances = np.zeros((steps, p, p))
     for k in range(steps):
         S = C @ P @ np.ascontiguousarray(C.T) + R
+        S += 1e-12 * (np.diag(np.diag(S)))
         K = P @ np.ascontiguousarray(C.T) @ np.linalg.inv(S)
         gains[k], covariances[k] = K, S
         IKC = np.eye(n) - K @ C

@@ -81,6 +81,7 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
     lean_var = within / np.maximum(h.sum(axis=0), 1e-300) + between / len(gathered)
     return {
         "lean": lean, "drift": drift, "lean_var": lean_var, "within": within, "between": between,
+        "energy": np.array([blocks[3][:, 0].sum() / max(blocks[3][:, 1].sum(), 1.0)]),
         "pooled": np.array([np.median(within)]), "blocks": np.array([float(len(gb))]),
         "batches": np.array([float(len(gathered))]), "tolerance": np.array([settings["tolerance"]]),
     }  # fmt: skip

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh, null_space
+from scipy.optimize import nnls
 
 from gsfdi.detectors import Binned, Detector, Numbers
 from gsfdi.joint import hold, matrices
@@ -103,9 +104,10 @@ class _Tally:
                 np.convolve(watched.stretch.trusted & watched.moving_freely, np.ones(length), mode="valid")
                 > length - 0.5
             )
+            driven = run(Residual(0.0 * residual.outputs, residual.inputs), watched.y, inputs)
             bins, count = self.bins.place(watched.stretch.t[length - 1 :])
-            power = np.bincount(bins, r**2 * clear, minlength=count)
-            self.bins.add(name, np.column_stack([power, np.bincount(bins, clear, minlength=count)]))
+            columns = [np.bincount(bins, some * clear, minlength=count) for some in (r**2, np.ones(len(r)), driven**2)]
+            self.bins.add(name, np.column_stack(columns))
 
     def numbers(self) -> dict[str, Array]:
         if not self.bins.sums:
@@ -113,24 +115,36 @@ class _Tally:
         return {**self.bins.sums, "width": np.array([self.bins.width])}
 
 
+def _expected(bins: Array, learnt: Array) -> Array:
+    """Power that a fault-free joint would show in each bin, from the number of samples and how hard it was driven."""
+    return np.asarray(learnt[0] * bins[:, 1] + learnt[1] * bins[:, 2])
+
+
 def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[str, Array]:
-    """Usual power of each residual, how it wanders within batches, and between them."""
+    """Usual power of each residual and its share of the drive's, how it wanders within batches, and between them."""
     learnt = {}
     for name in WINDOWS:
-        sums = np.array([one[name].sum(axis=0) for one in gathered if name in one])
-        usual = sums[:, 0].sum() / max(sums[:, 1].sum(), 1.0)
-        bins = np.concatenate([one[name] for one in gathered if name in one])
+        batches = [one[name] for one in gathered if name in one]
+        bins = np.concatenate(batches)
         bins = bins[bins[:, 1] > 0.5 * bins[:, 1].max()]
-        power = bins[:, 0] / np.maximum(bins[:, 1], 1.0) / max(usual, 1e-300)
+        steady, driven = _nonnegative(bins)
+        model = np.array([steady, max(driven, settings["tolerance"] ** 2)])
+        power = bins[:, 0] / np.maximum(_expected(bins, model), 1e-300)
         wander = float(np.var(power) * np.median(bins[:, 1]))  # per sample, were the bins independent
-        # Blocks of two seconds see the slow part of the wander too.
-        many = power[: len(power) // 8 * 8].reshape(-1, 8).mean(axis=1)
+        many = power[: len(power) // 8 * 8].reshape(-1, 8).mean(axis=1)  # two seconds see the slow part of it too
         if len(many) > 4:
             wander = max(wander, float(np.var(many) * np.median(bins[:, 1]) * 8))
-        between = float(np.std(sums[:, 0] / np.maximum(sums[:, 1], 1.0) / max(usual, 1e-300)))
-        top = float(np.max(power))
-        learnt[name] = np.array([usual, wander, between, top])
+        ratios = [one[:, 0].sum() / max(float(_expected(one, model).sum()), 1e-300) for one in batches]
+        learnt[name] = np.array([*model, wander, float(np.std(ratios)), float(np.max(power))])
     return learnt
+
+
+def _nonnegative(bins: Array) -> tuple[float, float]:
+    """Power per sample and share of the drive's power, of which neither is below zero."""
+    weight = 1.0 / np.maximum(bins[:, 0], np.median(bins[:, 0]) + 1e-300)
+    steady, driven = nnls(bins[:, 1:] * weight[:, None] / (scale := np.maximum(bins[:, 1:].max(axis=0), 1e-300)),
+                          bins[:, 0] * weight)[0] / scale  # fmt: skip
+    return max(float(steady), 1e-3 * float(np.median(bins[:, 0] / np.maximum(bins[:, 1], 1.0)))), float(driven)
 
 
 def _cumulative(power: Array, slack: float) -> Array:
@@ -148,11 +162,12 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     width = float(numbers["width"][0])
     watched = {}
     for name in WINDOWS:
-        usual, wander, between, top = learnt[name]
+        wander, between, top = learnt[name][2:]
         bins = numbers[name]
         # What fault-free batches reach in their worst quarter of a second is normal, however their motion differs.
-        slack = float(np.clip(settings["slack"] + 4.0 * between, settings["slack"], None))
-        excess = np.minimum(bins[:, 0] / max(usual, 1e-300), settings["lone"] * max(top, 1.0) * bins[:, 1]) - bins[:, 1]
+        slack = settings["slack"] + 4.0 * between
+        ratio = bins[:, 0] / np.maximum(_expected(bins, learnt[name]), 1e-300)
+        excess = (np.minimum(ratio, settings["lone"] * max(top, 1.0)) - 1.0) * bins[:, 1]
         sums = _cumulative(excess, slack * float(np.median(bins[:, 1])))
         scale = max(float(wander), 2.0) / (2.0 * slack)
         limit = scale * np.log(2.0 * max(len(bins), 2) / rate) + settings["lone"] * max(top, 1.0) * bins[:, 1].max()
@@ -164,8 +179,8 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     over = int(np.argmax(sums > limit)) if alarm else int(np.argmax(sums))
     began = over - int(np.argmax(sums[over::-1] <= 0.0)) if (sums[: over + 1] <= 0.0).any() else 0
     t = width * (np.arange(len(sums)) + 1.0)
-    times = float(numbers[name][began:].sum(axis=0) @ [1.0 / max(learnt[name][0], 1e-300), 0.0])
-    times /= max(float(numbers[name][began:, 1].sum()), 1.0)
+    late = numbers[name][began:]
+    times = float(late[:, 0].sum() / max(float(_expected(late, learnt[name]).sum()), 1e-300))
     t3 = width * (np.arange(len(watched["short"][0])) + 1.0)
     return Finding(
         "parity", "parity", "", alarm, min(1.0, 2.0 * p), float(sums.max()), float(limit), "summed excess power",
@@ -180,7 +195,7 @@ DETECTOR = Detector(
     name="parity",
     method="parity",
     needs=(),
-    settings={"window": 21.0, "slack": 0.3, "lone": 2.0},
+    settings={"window": 21.0, "slack": 0.3, "lone": 2.0, "tolerance": 3e-4},
     tally=_Tally,
     learn=learn,
     look=look,
