@@ -39,6 +39,7 @@ class JointPart:
     """What the page says of one joint."""
 
     anchor: str
+    name: str
     verdict: Verdict
     action: str
     leading: list[Figure]
@@ -47,7 +48,7 @@ class JointPart:
     quality: list[tuple[str, str]]
 
 
-def part(index: int, verdict: Verdict, record: JointRecord | None, columns: int) -> JointPart:
+def part(index: int, name: str, verdict: Verdict, record: JointRecord | None, columns: int) -> JointPart:
     """Gather what the page says of one joint; the plots of a quiet joint wait behind a click."""
     plots = signal_plots(record, verdict.onset_s) if record is not None else {}
     signals = [plotted(plot, columns=columns) for plot in plots.values()]
@@ -55,6 +56,7 @@ def part(index: int, verdict: Verdict, record: JointRecord | None, columns: int)
     quiet = verdict.verdict == "normal"
     return JointPart(
         anchor=f"joint-{index}",
+        name=name,
         verdict=verdict,
         action=ACTIONS[verdict.action],
         leading=[] if quiet else shown,
@@ -107,10 +109,18 @@ def listed(names: Sequence[str]) -> str:
     return " and ".join([*([", ".join(names[:-1])] if names[1:] else []), names[-1]])
 
 
-def headline(verdicts: list[Verdict]) -> str:
+def joint_names(pairs: Sequence[tuple[Verdict, JointRecord | None]]) -> list[str]:
+    """Name the joints, with their robots where there are several."""
+    robots = {record.robot for _, record in pairs if record is not None}
+    several = len(robots) > 1
+    return [f"{record.robot} {verdict.joint}" if several and record else verdict.joint for verdict, record in pairs]
+
+
+def headline(verdicts: Sequence[Verdict], joints: Sequence[str]) -> str:
     """Say in one line whether anybody must act."""
-    acting = [verdict.joint for verdict in verdicts if verdict.verdict in ("critical", "distress", "warning")]
-    unsure = [verdict.joint for verdict in verdicts if verdict.verdict in ("invalid_data", "stale", "not_assessed")]
+    levels = [verdict.verdict for verdict in verdicts]
+    acting = [name for name, level in zip(joints, levels, strict=True) if level in ("critical", "distress", "warning")]
+    unsure = [level for level in levels if level in ("invalid_data", "stale", "not_assessed")]
     if not verdicts:
         return "No joint was found in this batch"
     if acting:
@@ -118,22 +128,23 @@ def headline(verdicts: list[Verdict]) -> str:
         return f"{listed(names)} {'needs' if len(acting) == 1 else 'need'} attention"
     if unsure:
         return f"No joint alarms; {len(unsure)} of {len(verdicts)} could not be assessed"
-    return f"All {len(verdicts)} joints are normal" if len(verdicts) > 1 else f"{verdicts[0].joint} is normal"
+    return f"All {len(verdicts)} joints are normal" if len(verdicts) > 1 else f"{joints[0]} is normal"
 
 
 def write(analysis: Analysis) -> str:
     """Write `analysis` as one self-contained page."""
     pairs = sorted(paired(analysis), key=lambda pair: WORST_FIRST.index(pair[0].verdict))
     verdicts = [verdict for verdict, _ in pairs]
+    names = joint_names(pairs)
     # A page stays under 2 MB however many joints it shows: the more there are, the fewer points each curve keeps.
     columns = max(60, min(260, 4000 // max(len(verdicts), 1)))
     counts = Counter(verdict.verdict for verdict in verdicts)
     return render(
         "verdicts.html",
         {
-            "headline": headline(verdicts),
+            "headline": headline(verdicts, names),
             "tally": [(level, counts[level]) for level in WORST_FIRST if counts[level]],
-            "joints": [part(i, verdict, record, columns) for i, (verdict, record) in enumerate(pairs)],
+            "joints": [part(i, names[i], *pair, columns) for i, pair in enumerate(pairs)],
             "robots": ", ".join(sorted({record.robot for record in analysis.records if record.robot})),
             "recorded": recorded(analysis.records),
             "problems": analysis.problems,

@@ -132,7 +132,11 @@ def innovations(finding: Finding, columns: int) -> Iterator[Figure]:
 def parity(finding: Finding, columns: int) -> Iterator[Figure]:
     """Draw the parity residual of the long window and of the paper's three samples."""
     yield from watched(
-        finding, columns, name="parity residual", unit=finding.unit, caption="Parity residual over the long window."
+        finding,
+        columns,
+        name="parity residual",
+        unit="1",
+        caption=f"Parity residual over the long window ({finding.unit}).",
     )
     caption = "Parity residual over three samples, as in the paper: quick, and blind in noise."
     yield from watched(
@@ -142,7 +146,7 @@ def parity(finding: Finding, columns: int) -> Iterator[Figure]:
         "threshold3",
         "t3" if "t3" in finding.evidence else "t",
         name="parity residual",
-        unit=finding.unit,
+        unit="1",
         caption=caption,
     )
 
