@@ -11,6 +11,7 @@ import numpy as np
 
 from gsfdi.proof import motions
 from gsfdi.proof.kinds import KINDS, PARAMETERS, SIZES, Kind, Scales, equivalents, faulty_controller
+from gsfdi.proof.mujoco_world import run_mujoco
 from gsfdi.proof.world import (
     Effect,
     Joint,
@@ -26,7 +27,7 @@ from gsfdi.proof.world import (
 )
 from gsfdi.types import Array
 
-Group = Literal["single", "null", "double", "triple", "unknown", "withheld", "little"]
+Group = Literal["single", "null", "double", "triple", "unknown", "withheld", "little", "mujoco"]
 Rng = np.random.Generator
 EPOCH_NS = 1_767_225_600_000_000_000  # 2026-01-01, the same for every case
 
@@ -96,6 +97,8 @@ SHAPES = {
     "current": Shape(CURRENT, 1.0, 1.0, (40.0, 80.0), 0.7),
 }
 
+MUJOCO_SHAPE = Shape(replace(FLEXIBLE, damping=0.0), 0.5, 0.06, (50.0, 60.0), 0.4)
+
 
 @dataclass(frozen=True, slots=True)
 class Design:
@@ -133,9 +136,16 @@ class Case:
         world = self.world if world is None else world
         return [run(world, motion, self.seed * 10 + k, noisy=noisy) for k, motion in enumerate(self.motions)]
 
+    def recorded(self, *, noisy: bool = True) -> list[Array]:
+        """Traces of each motion as this case's engine makes them: MuJoCo's, or those of `runs`."""
+        if self.design.group != "mujoco":
+            return self.runs(noisy=noisy)
+        seeds = [self.seed * 10 + k for k in range(len(self.motions))]
+        return [run_mujoco(self.world, motion, s, noisy=noisy) for s, motion in zip(seeds, self.motions, strict=True)]
+
     def logs(self) -> Iterator[tuple[Motion, Log]]:
         """What each recording holds."""
-        for k, (motion, traces) in enumerate(zip(self.motions, self.runs(), strict=True)):
+        for k, (motion, traces) in enumerate(zip(self.motions, self.recorded(), strict=True)):
             yield motion, logged(motion, traces, self.telemetry, self.seed * 10 + k)
 
 
@@ -208,7 +218,7 @@ def draw(design: Design, seed: int) -> Case:
     """Draw a case of this design; the same design and seed give the same case."""
     rng = np.random.default_rng((seed, 0))
     kinds = [KINDS[name] for name in design.kinds]
-    shape = _shape_for(kinds, rng)
+    shape = MUJOCO_SHAPE if design.group == "mujoco" else _shape_for(kinds, rng)
     joint = shape.joint if rng.random() < 0.5 else _vary(shape.joint, rng)
     warm = any(kind.name == "temperature_dependent_friction" for kind in kinds)
     senses = any(kind.name.startswith("velocity_") for kind in kinds)
@@ -218,12 +228,12 @@ def draw(design: Design, seed: int) -> Case:
         temperature=warm or rng.random() < 0.3,
         lost=float(rng.uniform(0.005, 0.04)) if rng.random() < 0.15 else 0.0,
     )
-    jitter = 0.15 if rng.random() < 0.1 else 0.0
+    jitter = 0.15 if rng.random() < 0.1 and design.group != "mujoco" else 0.0
     if rng.random() < 0.1 and design.kinds != ("quantisation",):
         joint = replace(joint, position_resolution=8 * joint.position_noise)
     calm = 0.04 if design.group == "little" else 1.0
     seconds = float(rng.uniform(*shape.seconds))
-    several = 2 if rng.random() < 0.15 else 1
+    several = 2 if rng.random() < 0.15 and design.group != "mujoco" else 1
     moved = tuple(
         _placed(
             motions.draw(
@@ -239,7 +249,9 @@ def draw(design: Design, seed: int) -> Case:
     scales = scales_of(World(joint), moved)
     known = _known_friction(kinds, shape, joint, scales, rng)
     scales = replace(scales, peak_effort=scales_of(World(joint, known), moved).peak_effort)
-    world, effects = _bearable(kinds, World(joint, known), moved, scales, SIZES[design.size], rng)
+    world, effects = _bearable(
+        kinds, World(joint, known), moved, scales, SIZES[design.size], rng, design.group == "mujoco"
+    )
     exact = design.exact_nominal or (bool(kinds) and all(kind.family == "parameter" for kind in kinds))
     nominal, nominal_known = (joint, known) if exact else nominal_of(joint, known, rng)
     told = any(kind.family in ("controller", "sensor") or kind.name == "current_limit" for kind in kinds)
@@ -259,7 +271,7 @@ def draw(design: Design, seed: int) -> Case:
 
 
 def _bearable(
-    kinds: list[Kind], clean: World, moved: tuple[Motion, ...], scales: Scales, size: float, rng: Rng
+    kinds: list[Kind], clean: World, moved: tuple[Motion, ...], scales: Scales, size: float, rng: Rng, mujoco: bool
 ) -> tuple[World, list[Effect]]:
     """Draw the effects, smaller until the joint still follows its setpoint; a lost loop needs no tool to be seen."""
     usual = _tracking(clean, moved)
@@ -269,6 +281,8 @@ def _bearable(
             effect = kind.draw(scales, clean.joint, size, rng)
             if kind.onset and (rng.random() < 0.5 or kind.name == "position_bias"):
                 effect = replace(effect, onset=float(rng.uniform(0.2, 0.7) * moved[0].t[-1]))
+            if mujoco:
+                effect = replace(effect, side="motor" if effect.side else None, onset=None)
             if kind.family == "controller":
                 real = faulty_controller(real, effect)
             variant = max(variant, kind.variant)

@@ -102,7 +102,7 @@ def _believed_gains(case: Case) -> dict[str, float]:
 def oracle(case: Case) -> dict[str, float]:
     """RMS difference by column between the recordings and the true world run without noise: what no model can beat."""
     joint = case.world.joint
-    spread = np.vstack([a[:, :3] - b[:, :3] for a, b in zip(case.runs(), case.runs(noisy=False), strict=True)])
+    spread = np.vstack([a[:, :3] - b[:, :3] for a, b in zip(case.recorded(), case.recorded(noisy=False), strict=True)])
     names = ("position", "motor_velocity", joint.effort)
     return {
         CHANNELS[name].column(joint.axis): float(np.sqrt(np.mean(spread[:, k] ** 2))) for k, name in enumerate(names)

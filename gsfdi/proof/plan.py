@@ -5,8 +5,9 @@ from itertools import islice
 
 import numpy as np
 
-from gsfdi.proof.cases import Design, Rng
+from gsfdi.proof.cases import Design, Group, Rng
 from gsfdi.proof.kinds import KINDS
+from gsfdi.proof.mujoco_world import MUJOCO_KINDS, available
 
 SHARES = {
     "single": 0.56,
@@ -49,6 +50,7 @@ def full(
         *islice(_strangers(rng), strangers),
         *withheld,
         *islice(_little(rng), doubles // 4),
+        *islice(_second_world(rng), doubles // 2),
     ]
 
 
@@ -111,6 +113,13 @@ def _little(rng: Rng) -> Iterator[Design]:
         yield Design("little", (name,), "plain")
 
 
+def _second_world(rng: Rng) -> Iterator[Design]:
+    """MuJoCo's cases; the own world's where MuJoCo is not installed."""
+    group: Group = "mujoco" if available() else "single"
+    for place, (name, _) in enumerate(_turns(MUJOCO_KINDS, rng)):
+        yield Design(group, (name,), ("plain", "moderate")[place % 2])
+
+
 DEALS = {
     "single": _singles,
     "null": _nulls,
@@ -119,4 +128,5 @@ DEALS = {
     "unknown": _strangers,
     "withheld": _withheld,
     "little": _little,
+    "mujoco": _second_world,
 }

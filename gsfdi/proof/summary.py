@@ -38,7 +38,7 @@ def _field(name: str) -> Callable[[Score], bool | None]:
 
 def summarise(scores: Sequence[Score]) -> dict[str, Any]:
     """Give every published figure of a proof."""
-    single = [s for s in scores if s["group"] == "single" and s["visible"]]
+    single = [s for s in scores if s["group"] in ("single", "mujoco") and s["visible"]]
     terms = [s for s in single if s["true"]]
     nulls = [s for s in scores if s["group"] == "null"]
     several = [s for s in scores if s["group"] in ("double", "triple") and s["visible"]]
@@ -128,7 +128,9 @@ def confusion(scores: Sequence[Score]) -> dict[str, dict[str, int]]:
     """What was said of each kind: counts of the first name, or of the verdict where none was given."""
     table: dict[str, Counter[str]] = defaultdict(Counter)
     for score in scores:
-        if score["group"] in ("single", "null", "unknown", "withheld") and (score["visible"] or not score["kinds"]):
+        if score["group"] in ("single", "mujoco", "null", "unknown", "withheld") and (
+            score["visible"] or not score["kinds"]
+        ):
             said = score["named"][0] if score["named"] else f"({score['verdict']})"
             table[score["kinds"][0] if score["kinds"] else "(nothing)"][said] += 1
     return {kind: dict(counts.most_common()) for kind, counts in sorted(table.items())}
