@@ -165,7 +165,9 @@ def signals(finding: Finding, columns: int) -> Iterator[Figure]:
     scored = sorted(zip(evidence["features"], np.abs(evidence["scores"]), strict=True), key=lambda pair: -pair[1])
     bound = float(evidence["threshold"])
     bars = [Bar(words(name), float(score), tone="alarm" if score > bound else "quiet") for name, score in scored[:8]]
-    caption = f"Features of the signals by their deviation from the baseline's batches; {number(bound)} alarms."
+    caption = (
+        f"Features of the signals by their deviation from the baseline's batches; more than {number(bound)} alarms."
+    )
     yield from ranked(finding, "features", caption, bars, bound)
 
 
