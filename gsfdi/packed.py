@@ -20,6 +20,7 @@ from gsfdi.types import Array
 
 LINEAR_PHASE = 0.5  # [rad] of the fastest mode per substep: the matrix exponential's series then holds to 1e-14
 LAW_PHASE = 0.25  # the same where laws act: a harmonic oscillator made of laws is then 0.3 % off in frequency
+SPRING_PHASE = 0.16  # the same where laws replace the spring itself
 LAW_DECAY = 0.5  # largest decay of a law's damping per substep
 
 _SLOT = {
@@ -115,19 +116,20 @@ def longest_step(model: JointModel, row: Sequence[float]) -> float:
     """Greatest substep [s] that resolves the plant of one era and the terms that act on it."""
     motor, output, stiffness, damping, *_ = row
     compliance = {"motor": 1 / motor, "output": 1 / output, "spring": 1 / motor + 1 / output}
-    square, decay, laws = stiffness * compliance["spring"], 0.0, False
+    square, decay, phase = stiffness * compliance["spring"], 0.0, math.inf
     linear = LINEAR_PHASE / max(math.sqrt(square), damping / output, 1e-6)
     for use in model.physics:
         term = term_of(use)
         if term.place not in ("torque", "dry", "windup", "spring"):
             continue
-        laws, values = True, values_of(use)
+        values = values_of(use)
         place = "spring" if term.place in ("windup", "spring") else side_of(use, model.structure)
+        phase = min(phase, SPRING_PHASE if place == "spring" else LAW_PHASE)
         square += abs(term.stiffness(values)) * compliance[place] if term.stiffness else 0.0
         decay += abs(term.damping(values)) * compliance[place] if term.damping else 0.0
-    if not laws:
+    if math.isinf(phase):
         return linear
-    return min(linear, LAW_PHASE / max(math.sqrt(square), 1e-6), LAW_DECAY / max(decay, 1e-6))
+    return min(linear, phase / max(math.sqrt(square), 1e-6), LAW_DECAY / max(decay, 1e-6))
 
 
 def pack(model: JointModel, finer: int = 1) -> Array:

@@ -9,8 +9,9 @@ Between two events (a controller tick, a recorded sample) the joint moves in equ
    series of the matrix exponential, whose argument the choice of h keeps below one half;
 2. every law is evaluated at the state of the half step, itself advanced by Φ(h/2) under the last substep's torques:
    second order with a single evaluation per substep;
-3. dry friction is the torque in [-level(-), +level(+)] that brings the speed at the end of the step nearest to zero (an
-   implicit, set-valued law: it sticks exactly, with no velocity threshold), motor and output side solved together.
+3. dry friction slides at its level up to the instant at which the speed is zero, and is from there on the torque in
+   [-level(-), +level(+)] that leaves the least speed at the end of the step (an implicit, set-valued law: it sticks
+   exactly, with no velocity threshold); motor and output side are solved together.
 
 State: ``x = [Ω, Ω̇, ε, ε̇]``; a rigid joint keeps ε = 0. Torque inputs ``w`` are the net torque on the motor, reflected
 to the output, and on the output.
@@ -199,9 +200,25 @@ def advance(flow, which, v, source, target, on_motor, on_output):  # type: ignor
 
 
 @compiled
-def nearest_to_rest(speed, response, low, high):  # type: ignore[no-untyped-def]
-    """Torque in [low, high] that leaves the least speed when each unit of it takes away `response`."""
-    return min(max(speed / response, low), high)
+def dry_mean(before, after, response, low, high):  # type: ignore[no-untyped-def]
+    """Mean over a step of a dry friction in [low, high].
+
+    The speed is `before` the step, and would be `after` it without friction, of which each unit takes away `response`.
+    Friction slides at its bound until the speed is zero; for what then remains of the step it is the torque within its
+    bounds that leaves the least speed at the end.
+    """
+    first, share = 0.0, 0.0
+    if before != 0.0:
+        first = high if before > 0.0 else low
+        end = after - response * first
+        if end * before >= 0.0:
+            return first
+        share = before / (before - end)
+    rest = 1.0 - share
+    if rest <= 0.0:
+        return first
+    held = min(max((after - response * first * share) / (response * rest), low), high)
+    return first * share + held * rest
 
 
 @compiled
@@ -244,11 +261,11 @@ def stop_dry(flow, v, motor_low, motor_high, output_low, output_high):  # type: 
         return on_motor, on_output
     for _ in range(3):
         speed = v[FREE, 1] - flow[1, 1, 5] * on_output
-        on_motor = nearest_to_rest(speed, flow[1, 1, 4], motor_low, motor_high)
+        on_motor = dry_mean(v[X, 1], speed, flow[1, 1, 4], motor_low, motor_high)
         if output_low == 0.0 and output_high == 0.0:
             break
         speed = v[FREE, 1] + v[FREE, 3] - (flow[1, 1, 4] + flow[1, 3, 4]) * on_motor
-        on_output = nearest_to_rest(speed, flow[1, 1, 5] + flow[1, 3, 5], output_low, output_high)
+        on_output = dry_mean(v[X, 1] + v[X, 3], speed, flow[1, 1, 5] + flow[1, 3, 5], output_low, output_high)
     return on_motor, on_output
 
 
