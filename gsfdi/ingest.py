@@ -4,8 +4,10 @@ import glob
 import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Mapping as Map
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -134,42 +136,44 @@ def summary(records: Iterable[JointRecord]) -> list[dict[str, object]]:
     Parameters
     ----------
     records : iterable of JointRecord
+        Gone through once and not kept, so it may be as long as it likes.
     """
-    groups: dict[tuple[str, str], list[JointRecord]] = defaultdict(list)
+    rows: dict[tuple[str, str], dict[str, Any]] = {}
     for record in records:
-        groups[record.robot, record.joint].append(record)
-    rows = []
-    for (robot, joint), group in sorted(groups.items()):
-        clocks = [record.quality.get("time", {}) for record in group]
-        masked: dict[str, dict[str, float]] = {}
-        for record in group:
-            for channel, counts in record.quality.items():
-                if channel != "time":
-                    total = masked.setdefault(channel, {})
-                    for kind, count in counts.items():
-                        if count:
-                            total[kind] = total.get(kind, 0.0) + count
-        lost: dict[str, float] = {}
-        for clock in clocks:
-            for kind, count in clock.items():
-                if kind not in _CLOCK and count:
-                    lost[kind] = lost.get(kind, 0.0) + count
-        rows.append(
+        clock = record.quality.get("time", {})
+        row = rows.setdefault(
+            (record.robot, record.joint),
             {
-                "robot": robot,
-                "joint": joint,
-                "records": len(group),
-                "samples": sum(len(record.t) for record in group),
-                "span_s": sum(float(record.t[-1] - record.t[0]) for record in group if len(record.t)),
-                "rate_hz": float(np.median([clock.get("rate_hz", 0.0) for clock in clocks])),
-                "gaps": int(sum(clock.get("gaps", 0.0) for clock in clocks)),
-                "longest_gap_s": max(clock.get("longest_gap_s", 0.0) for clock in clocks),
-                "channels": sorted({channel for record in group for channel in record.channels}),
-                "left_out": lost,
-                "masked": masked,
-            }
+                "robot": record.robot,
+                "joint": record.joint,
+                "records": 0,
+                "samples": 0,
+                "span_s": 0.0,
+                "rate_hz": 0.0,
+                "gaps": 0,
+                "longest_gap_s": 0.0,
+                "channels": [],
+                "left_out": {},
+                "masked": {},
+            },
         )
-    return rows
+        row["records"] += 1
+        row["samples"] += len(record.t)
+        row["span_s"] += clock.get("span_s", 0.0)
+        row["rate_hz"] = max(row["rate_hz"], clock.get("rate_hz", 0.0))
+        row["gaps"] += int(clock.get("gaps", 0.0))
+        row["longest_gap_s"] = max(row["longest_gap_s"], clock.get("longest_gap_s", 0.0))
+        row["channels"] = sorted({*row["channels"], *record.channels})
+        _add_counts(row["left_out"], {kind: count for kind, count in clock.items() if kind not in _CLOCK})
+        for channel in record.channels:
+            _add_counts(row["masked"].setdefault(channel, {}), record.quality.get(channel, {}))
+    return [rows[key] for key in sorted(rows)]
+
+
+def _add_counts(total: dict[str, float], counts: Map[str, float]) -> None:
+    for kind, count in counts.items():
+        if count:
+            total[kind] = total.get(kind, 0.0) + count
 
 
 _CLOCK = ("samples", "span_s", "rate_hz", "gaps", "longest_gap_s")

@@ -30,6 +30,7 @@ _LIMITS: dict[str, float] = {
 _RESTS = {"setpoint", "setpoint_rate", "motor_current_feedforward", "drive_torque_feedforward", "temperature"}
 """Channels that may honestly keep one value."""
 
+_SPEEDS = ("joint_velocity", "motor_velocity")
 _DRIVES = {"motor_current", "drive_torque"}
 """Channels that saturate."""
 
@@ -77,32 +78,39 @@ def spikes(values: Array) -> Mask:
     if len(known) < 20:
         return found
     course = values[known]
-    course = np.concatenate([course[1:2], course, course[-2:-1]])  # an end has one neighbour, twice
+    # An end is held against the line through the two samples next to it.
+    before, after = 3 * course[1] - 2 * course[2], 3 * course[-2] - 2 * course[-3]
+    course = np.concatenate([[before], course, [after]])
     off = np.abs(course[1:-1] - 0.5 * (course[:-2] + course[2:]))
     every = len(known) // _SAMPLED + 1
     spread = float(np.percentile(off[::every], 99))
     # A smooth channel has corners; they are no spikes while they are small beside its whole course.
     sampled = course[::every]
     span = float(np.percentile(np.abs(sampled - np.median(sampled)), 99))
-    far = np.flatnonzero(off > max(10.0 * spread, 1e-2 * span, 1e-9))
+    # Nor is the flicker of the last digit of a resting one.
+    digit = float(np.min(off[::every], where=off[::every] > 0.0, initial=np.inf))
+    far = np.flatnonzero(off > max(10.0 * spread, 1e-2 * span, 10.0 * digit if spread == 0.0 else 0.0, 1e-9))
     alone = off[far] > 5.0 * np.abs(course[far + 2] - course[far])
     found[known[far[alone]]] = True
     return found
 
 
-def stuck(values: Array, t: Array) -> Mask:
-    """Where a channel that otherwise always flickers repeats one value for long: its telemetry has frozen.
+def frozen_runs(values: Array, t: Array) -> list[tuple[int, int]]:
+    """Where a channel that otherwise always flickers repeats one value for long.
 
     Parameters
     ----------
     values : (n,) array
     t : (n,) array
         Time [s].
+
+    Returns
+    -------
+    list of (int, int)
+        First and one past the last repeated sample of each run.
     """
-    n = len(values)
-    found = np.zeros(n, dtype=np.bool_)
-    if n < 4 * STUCK_SAMPLES:
-        return found
+    if len(values) < 4 * STUCK_SAMPLES:
+        return []
     same = values[1:] == values[:-1]
     edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(np.int8)))
     first, last = edges[::2], edges[1::2]
@@ -110,13 +118,51 @@ def stuck(values: Array, t: Array) -> Mask:
     in_long = int(np.sum((last - first)[long]))
     others = len(same) - in_long
     # A coarse or resting channel repeats all the time; only one that never does can be said to have frozen.
-    if not long.any() or others < 2 * STUCK_SAMPLES or np.sum(same) - in_long > 0.05 * others:
+    if others < 2 * STUCK_SAMPLES or np.sum(same) - in_long > 0.05 * others:
+        return []
+    return [(int(a) + 1, int(b) + 1) for a, b in zip(first[long], last[long], strict=True)]
+
+
+def stuck(name: str, channels: Mapping[str, Array], t: Array) -> Mask:
+    """Where a channel has frozen although another one shows that the joint moves.
+
+    A joint at rest, or jammed, honestly repeats its position: speed then reads next to nothing.
+
+    Parameters
+    ----------
+    name : str
+    channels : mapping of str to (n,) array
+        NaN where a value is not believed.
+    t : (n,) array
+        Time [s].
+    """
+    found = np.zeros(len(t), dtype=np.bool_)
+    if name in _RESTS:
         return found
-    for a, b in zip(first[long], last[long], strict=True):
-        # Zero is what a speed or a drive at rest honestly reads.
-        if values[a] != 0.0:
-            found[a + 1 : b + 1] = True
+    for a, b in frozen_runs(channels[name], t):
+        if name in _SPEEDS:
+            found[a:b] = channels[name][a] != 0.0
+        else:
+            found[a:b] = _moves_within(name, channels, slice(a, b))
     return found
+
+
+def _moves_within(name: str, channels: Mapping[str, Array], run: slice) -> bool:
+    speeds = [channels[speed] for speed in _SPEEDS if speed in channels]
+    for speed in speeds if name == "position" else ():
+        usual = float(np.nanpercentile(np.abs(speed), 90)) if np.isfinite(speed).any() else 0.0
+        here = np.abs(speed[run])
+        if np.isfinite(here).any() and float(np.nanmedian(here)) > 0.1 * usual > 0.0:
+            return True
+    courses = ("position",) if name != "position" else () if speeds else ("setpoint",)
+    return any(
+        _range(channels[course][run]) > 0.01 * _range(channels[course]) for course in courses if course in channels
+    )
+
+
+def _range(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.ptp(known)) if len(known) else 0.0
 
 
 def dead(values: Array, channel: str, moves: bool) -> bool:
@@ -283,18 +329,21 @@ def judge(t: Array, channels: Mapping[str, Array], axis: Axis) -> tuple[dict[str
         wild = absurd(values, name)
         kept = np.where(missing | wild, np.nan, values)
         lone = spikes(kept)
-        frozen = stuck(np.where(lone, np.nan, kept), t) if name not in _RESTS else np.zeros(len(t), dtype=np.bool_)
         counts[name] = {
             "missing": float(missing.sum()),
             "absurd": float(wild.sum()),
             "spike": float(lone.sum()),
-            "stuck": float(frozen.sum()),
+            "stuck": 0.0,
             "dead": 0.0,
             "saturated": float(saturated(kept)) if name in _DRIVES else 0.0,
         }
-        valid[name] = ~(missing | wild | lone | frozen)
+        valid[name] = ~(missing | wild | lone)
         clean[name] = np.where(valid[name], values, np.nan)
     for name in channels:
+        frozen = stuck(name, clean, t)
+        if frozen.any():
+            counts[name]["stuck"] = float(frozen.sum())
+            valid[name] &= ~frozen
         if dead(clean[name], name, _moves(clean, besides=name)):
             counts[name]["dead"] = float(valid[name].sum())
             valid[name] = np.zeros(len(t), dtype=np.bool_)

@@ -78,8 +78,7 @@ def read(path: Path, mappings: Sequence[Mapping]) -> Iterator[Item]:
         except (pa.ArrowException, ValueError) as error:
             yield Problem(str(path), f"is damaged: {error}; what was read before stands", "fetch the file again")
     yield from left_out.problems(path)
-    if shape.end < path.stat().st_size:
-        yield Problem(str(path), "ends without a line feed; its last line may be cut and was left out", kind="note")
+    yield from _ending(path, shape)
 
 
 def describe(path: Path, mappings: Sequence[Mapping]) -> dict[str, object]:
@@ -213,6 +212,20 @@ class _UpTo(io.RawIOBase):
         data = self._raw.read(self._left if size < 0 else min(size, self._left))
         self._left -= len(data)
         return data
+
+
+def _ending(path: Path, shape: Shape) -> Iterator[Problem]:
+    """A last line without its line feed was left out: it may be cut in the middle of a number."""
+    with path.open("rb") as file:
+        file.seek(shape.end)
+        last = file.read(BLOCK).decode("utf-8", "replace")
+    width = last.count(shape.delimiter) + 1
+    if last.strip() and width != len(shape.names):
+        what = f"is corrupt: its last line is cut after {width} of {len(shape.names)} fields and was left out"
+        yield Problem(str(path), what, "fetch the file again, or accept the rest")
+    elif last.strip():
+        what = "ends without a line feed; its last line may be cut and was left out"
+        yield Problem(str(path), what, "let the logger end each line", "note")
 
 
 def _shape(path: Path) -> Shape:
