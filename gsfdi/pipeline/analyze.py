@@ -15,11 +15,11 @@ from gsfdi.baseline import Baseline, JointBaseline
 from gsfdi.diagnosis import Limits, assess, unjudged
 from gsfdi.mapping import Mapping as LogMapping
 from gsfdi.overview import Overview
+from gsfdi.pipeline.baseline import load
 from gsfdi.pipeline.outcome import Outcome, key_of, mappings_of, need
 from gsfdi.registry import shelf
 from gsfdi.reports import Analysis
 from gsfdi.reports import Report as Form
-from gsfdi.store import Store
 from gsfdi.types import JointRecord, Problem, Verdict
 from gsfdi.workers import ALONE, Crew, Report, each, silent
 
@@ -233,9 +233,7 @@ def analyze(
         Age from which telemetry is stale [s]; never by default.
     """
     now = now or datetime.now(UTC)
-    keep = Store(store)
-    content, digest = keep.load_baseline(name)
-    baseline = Baseline.from_dict(content)
+    baseline, digest = load(store, name)
     paths = tuple(reading.gather(sources))
     size = sum(path.stat().st_size for path in paths)
     parts = min(crew.size, len(baseline.joints)) if crew.scheduler or size >= LARGE else 1
@@ -244,7 +242,7 @@ def analyze(
         Share(paths, loaded, tuple(joints), number, parts, baseline, now, stale_after_s) for number in range(parts)
     ]
     done = each(watch, shares, crew, progress, "analysis")
-    judged = [one for some, _, _ in done for one in some]
+    judged = in_order([one for some, _, _ in done for one in some], baseline)
     problems = list(dict.fromkeys(problem for _, some, _ in done for problem in some))
     need(judged, problems)
     hashes = {path: digest for _, _, some in done for path, digest in some.items()}
@@ -259,9 +257,26 @@ def analyze(
         problems=tuple(problems),
     )
     written = write_reports(analysis, out, [*USUAL, *reports])
-    lines = [f"{one.verdict.verdict:12} {one.verdict.says}" for one in judged]
+    several = len({one.record.robot for one in judged}) > 1
+    lines = [
+        f"{one.verdict.verdict:12} {f'{one.record.robot}: ' if several else ''}{one.verdict.says}" for one in judged
+    ]
     result = json.loads((out / "verdicts.json").read_text(encoding="utf-8"))
     return Outcome(result, [*lines, *map(str, written)], problems, [one.verdict.verdict for one in judged])
+
+
+def in_order(judged: Sequence[Judged], baseline: Baseline) -> list[Judged]:
+    """Sort joints as the baseline has them, base to tip as a rule; those that it does not know come last.
+
+    Parameters
+    ----------
+    judged : sequence of Judged
+        In the order in which they came.
+    baseline : Baseline
+        What they were judged against.
+    """
+    places = {id(known): place for place, known in enumerate(baseline.joints.values())}
+    return sorted(judged, key=lambda one: places.get(id(baseline_of(baseline, one.record)), len(places)))
 
 
 def write_reports(analysis: Analysis, out: Path, names: Sequence[str]) -> list[Path]:

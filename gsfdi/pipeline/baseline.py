@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from gsfdi import __version__
 from gsfdi import ingest as reading
 from gsfdi.baseline import Baseline, JointBaseline, learn_joint
-from gsfdi.errors import GsfdiError, UnusableInputError
+from gsfdi.errors import BaselineError, GsfdiError, UnusableInputError
 from gsfdi.model import JointModel
 from gsfdi.modelfile import Models, load_models
 from gsfdi.pipeline.outcome import Outcome, by_joint, mappings_of, need
@@ -69,7 +70,8 @@ def baseline(
     problems += [one for one in learnt.values() if isinstance(one, Problem)]
     whole = Baseline({key: one for key, one in learnt.items() if isinstance(one, JointBaseline)})
     need(list(whole.joints), problems)
-    digest = Store(store).save_baseline(name, json.loads(json.dumps(whole.to_dict(), default=plain)))
+    content = {**whole.to_dict(), "order": list(whole.joints), "learnt_by": __version__}
+    digest = Store(store).save_baseline(name, json.loads(json.dumps(content, default=plain)))
     rows = [
         {"robot": one.robot, "joint": one.joint, "batches": one.batches, "span_s": one.span}
         for one in whole.joints.values()
@@ -83,6 +85,31 @@ def baseline(
         "problems": [asdict(problem) for problem in problems],
     }
     return Outcome(result, [*lines, f"baseline {name!r} ({digest[:12]}) is kept in {store}"], problems)
+
+
+def load(store: Path, name: str) -> tuple[Baseline, str]:
+    """Fetch a baseline from a store, with its SHA-256.
+
+    Parameters
+    ----------
+    store : Path
+        The store's folder.
+    name : str
+        Name of the baseline.
+
+    Raises
+    ------
+    BaselineError
+        There is none, its checksum fails, or another version learnt it, whose numbers mean something else.
+    """
+    content, digest = Store(store).load_baseline(name)
+    by = content.get("learnt_by")
+    if by != __version__:
+        raise BaselineError(
+            name, f"was learnt by gsfdi {by}, this is {__version__}", "learn it anew with gsfdi baseline"
+        )
+    content["joints"] = {key: content["joints"][key] for key in content["order"]}
+    return Baseline.from_dict(content), digest
 
 
 def model_of(models: Models | None, joint: str, problems: list[Problem]) -> JointModel | None:
