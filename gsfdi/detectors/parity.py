@@ -76,7 +76,7 @@ def run(residual: Residual, outputs: Array, inputs: Array) -> Array:
     """The residual at every sample from the window's length on."""
     columns = [np.correlate(outputs[:, i], residual.outputs[:, i]) for i in range(outputs.shape[1])]
     columns += [np.correlate(inputs[:, i], residual.inputs[:, i]) for i in range(inputs.shape[1])]
-    return np.sum(columns, axis=0)
+    return np.asarray(np.sum(columns, axis=0), dtype=np.float64)
 
 
 class _Tally:
