@@ -13,6 +13,7 @@ HOSTILE = (
     "{{ 7 * 7 }}",
     "a\nb,\"c'",
     "joint ü 日本",
+    "not text \udcff",
 )
 
 

@@ -18,7 +18,7 @@ LEVELS = ("normal", "critical", "warning", "distress", "not_assessed", "invalid_
 
 
 def verdict_page() -> str:
-    return to_html.write(analysis(*HOSTILE, "SH1", levels=LEVELS))
+    return to_html.write(analysis(*HOSTILE, levels=LEVELS))
 
 
 def reconciled_page() -> str:

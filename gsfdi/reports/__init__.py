@@ -41,6 +41,17 @@ def paired(analysis: Analysis) -> list[tuple[Verdict, JointRecord | None]]:
     return list(zip(analysis.verdicts, analysis.records or [None] * len(analysis.verdicts), strict=True))
 
 
+def storable(text: str) -> str:
+    r"""Escape what UTF-8 cannot hold: file names that are not text come with lone surrogates.
+
+    Examples
+    --------
+    >>> storable("night\udcff.mcap")
+    'night\\udcff.mcap'
+    """
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
 @dataclass(frozen=True, slots=True)
 class Report:
     """A form that an analysis can be written in.

@@ -10,6 +10,7 @@ from functools import cache
 import jinja2
 from markupsafe import Markup
 
+from gsfdi.reports import storable
 from gsfdi.svg import PLOT_STYLE, Plot, draw
 
 
@@ -45,7 +46,8 @@ def render(template: str, values: Mapping[str, object]) -> str:
     script = str(environment().get_template("page.js").render())
     allowed = "sha256-" + b64encode(hashlib.sha256(script.encode()).digest()).decode()
     page = environment().get_template(template)
-    return page.render(values, plot_style=Markup(PLOT_STYLE), script=Markup(script), script_hash=allowed)
+    text = page.render(values, plot_style=Markup(PLOT_STYLE), script=Markup(script), script_hash=allowed)
+    return storable(text)
 
 
 def words(name: object) -> str:

@@ -4,7 +4,7 @@ import csv
 import io
 import json
 
-from gsfdi.reports import Analysis, Report, paired
+from gsfdi.reports import Analysis, Report, paired, storable
 from gsfdi.reports.to_json import Json, joint_object
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
@@ -58,7 +58,7 @@ def write(analysis: Analysis) -> str:
     table = csv.writer(text, lineterminator="\n")
     table.writerow(map(cell, columns))
     table.writerows([cell(row.get(name)) for name in columns] for row in rows)
-    return text.getvalue()
+    return storable(text.getvalue())
 
 
 REPORT = Report("csv", "verdicts.csv", write)

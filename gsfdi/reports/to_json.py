@@ -7,7 +7,7 @@ from datetime import date, datetime
 
 import numpy as np
 
-from gsfdi.reports import Analysis, Report, paired
+from gsfdi.reports import Analysis, Report, paired, storable
 from gsfdi.types import JointRecord, Verdict
 
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
@@ -80,7 +80,7 @@ def write(analysis: Analysis) -> str:
             for problem in analysis.problems
         ],
     }
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return storable(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 REPORT = Report("json", "verdicts.json", write)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from typing import get_args
 
-from gsfdi.reports import Analysis, Report, paired
+from gsfdi.reports import Analysis, Report, paired, storable
 from gsfdi.types import JointRecord, Level, Verdict
 
 
@@ -66,7 +66,7 @@ def seconds(moment: str) -> float:
 
 def write(analysis: Analysis) -> str:
     """Write `analysis` in Prometheus' text format."""
-    return "\n".join(gauges(analysis)) + "\n"
+    return storable("\n".join(gauges(analysis)) + "\n")
 
 
 REPORT = Report("prometheus", "verdicts.prom", write)

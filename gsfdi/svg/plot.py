@@ -202,7 +202,7 @@ def with_unit(label: str, unit: str) -> str:
 
 def svg(title: str, description: str, body: str, width: float, height: float) -> str:
     """Wrap a drawing so that a screen reader says what it shows."""
-    key = "p" + blake2s(f"{title}{body}".encode(), digest_size=6).hexdigest()
+    key = "p" + blake2s(f"{title}{body}".encode("utf-8", "backslashreplace"), digest_size=6).hexdigest()
     return (
         f'<svg class="plot" role="img" viewBox="0 0 {width:g} {height:g}" aria-labelledby="{key}t {key}d">'
         f'<title id="{key}t">{escape(title)}</title><desc id="{key}d">{escape(description)}</desc>{body}</svg>'
