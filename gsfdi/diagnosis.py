@@ -183,7 +183,8 @@ class _Look:
 def unjudged(joint: str, level: Level, says: str) -> Verdict:
     """A verdict for what could not be assessed, with the reason."""
     action: Action = "check_telemetry" if level in ("invalid_data", "stale") else "none"
-    return Verdict(joint, level, action, None, None, None, (), None, {}, Due(None, None, says), says)
+    methods = {family: {"alarm": None, "p_value": None} for family in ("signal", "parity", "smi")}
+    return Verdict(joint, level, action, None, None, None, (), None, methods, Due(None, None, says), says)
 
 
 def _refusal(

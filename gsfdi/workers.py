@@ -54,6 +54,10 @@ ALONE = Crew(jobs=1)
 """This process and no other."""
 
 
+ANSWER = 10.0
+"""How long a Dask scheduler may take to answer [s]."""
+
+
 def available() -> int:
     """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -127,7 +131,7 @@ def _cluster(address: str) -> Iterator[tuple[Callable[..., Any], Callable[..., A
     except ImportError as error:
         raise UnusableInputError("--scheduler", "Dask is not installed", "pip install 'gsfdi[dask]'") from error
     try:
-        client = distributed.Client(address, timeout=10)
+        client = distributed.Client(address, timeout=ANSWER)
     except (OSError, ValueError, TimeoutError) as error:
         raise UnusableInputError(address, f"no Dask scheduler answers there ({error})", "check the address") from error
     try:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -109,7 +109,8 @@ def load(store: Path, name: str) -> tuple[Baseline, str]:
             name, f"was learnt by gsfdi {by}, this is {__version__}", "learn it anew with gsfdi baseline"
         )
     content["joints"] = {key: content["joints"][key] for key in content["order"]}
-    return Baseline.from_dict(content), digest
+    kept = Baseline.from_dict(content).joints
+    return Baseline({key: replace(one, joint=key.removeprefix(f"{one.robot}/")) for key, one in kept.items()}), digest
 
 
 def model_of(models: Models | None, joint: str, problems: list[Problem]) -> JointModel | None:
