@@ -322,13 +322,13 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
     longest = model[LONGEST_STEP]
     if model[WAVE] > 0:
         longest = min(longest, _PHASE_STEP / max(1e-12, abs(model[WAVE] * model[GEAR] * v[X, 1])))
-    count = int(min(max(1.0, math.ceil(span / longest - 1e-9)), _MOST_SUBSTEPS))
+    delayed = any_in(DELAY, model)  # the delayed effort changes within the span: its mean over a part of it acts
+    count = int(min(max(4.0 if delayed else 1.0, math.ceil(span / longest - 1e-9)), _MOST_SUBSTEPS))
     h = span / count
     if abs(h - v[FITTED, 0]) > 1e-8 * h:  # stamps in float64 differ by less
         transition(model, era, powers, 0.5 * h, flow, 0)
         transition(model, era, powers, h, flow, 1)
         v[FITTED, 0] = h
-    delayed = any_in(DELAY, model)
     effort = state[now, FLOWING]
     for i in range(count):
         time = clock[now, TIME] + i * h

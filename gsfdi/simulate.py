@@ -146,10 +146,10 @@ def replay_many(
     if len(restarts):
         if states is None:
             raise ValueError("restarts need states (models, restarts, 5)")
-        again = np.ascontiguousarray(np.broadcast_to(states, (len(models), len(restarts), 5)))
+        again = np.array(np.broadcast_to(states, (len(models), len(restarts), 5)), order="C")
         clock = clock.restarting(restarts)
-    gains = np.ascontiguousarray(np.broadcast_to(np.zeros((4, 2)) if gain is None else gain, (len(models), 4, 2)))
-    return run(models, packed, clock, mode, np.asarray(starts, dtype=np.float64), gains, again, drive.t)
+    gains = np.array(np.broadcast_to(np.zeros((4, 2)) if gain is None else gain, (len(models), 4, 2)), order="C")
+    return run(models, packed, clock, mode, np.array(starts, dtype=np.float64, order="C"), gains, again, drive.t)
 
 
 def require(models: Sequence[JointModel], drive: Drive, mode: Mode) -> None:
@@ -173,7 +173,10 @@ def run(
     again: Array,
     t: Array,
 ) -> list[Trace]:
-    """Run the kernel and name what it gives."""
+    """Run the kernel and name what it gives.
+
+    Every array goes in as numpy makes it by itself: a read-only or strided one would have the kernel compiled anew.
+    """
     events = clock.events.shape[0]
     state = np.full((len(models), events, kernel.STATE_WIDTH), np.nan)
     shown = np.full((len(models), t.size, kernel.SHOWN_WIDTH), np.nan)
