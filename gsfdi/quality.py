@@ -65,8 +65,8 @@ def absurd(values: Array, channel: str) -> Mask:
 def spikes(values: Array) -> Mask:
     """Where a single sample stands far off both of its neighbours, which agree with each other.
 
-    Its distance from their mean is set against the 99th percentile of that distance over the whole channel, so that a
-    noisy channel is judged by its noise; what lasts two samples or more is left to the detectors, since a fault lasts.
+    Its distance from their mean is set against what nine tenths of the channel keep below, so that a noisy channel is
+    judged by its noise; what lasts two samples or more is left to the detectors, since a fault lasts.
 
     Parameters
     ----------
@@ -83,13 +83,13 @@ def spikes(values: Array) -> Mask:
     course = np.concatenate([[before], course, [after]])
     off = np.abs(course[1:-1] - 0.5 * (course[:-2] + course[2:]))
     every = len(known) // _SAMPLED + 1
-    spread = float(np.percentile(off[::every], 99))
+    spread = float(np.percentile(off[::every], 90))
     # A smooth channel has corners; they are no spikes while they are small beside its whole course.
     sampled = course[::every]
     span = float(np.percentile(np.abs(sampled - np.median(sampled)), 99))
-    # Nor is the flicker of the last digit of a resting one.
-    digit = float(np.min(off[::every], where=off[::every] > 0.0, initial=np.inf))
-    far = np.flatnonzero(off > max(10.0 * spread, 1e-2 * span, 10.0 * digit if spread == 0.0 else 0.0, 1e-9))
+    # Nor is the flicker of the last digit of a resting one; what rounding leaves is no digit.
+    digit = float(np.min(off, where=off > 1e-9 * max(float(np.abs(sampled).max()), 1e-3), initial=np.inf))
+    far = np.flatnonzero(off > max(20.0 * spread, 1e-2 * span, min(10.0 * digit, 1e-2), 1e-9))
     alone = off[far] > 5.0 * np.abs(course[far + 2] - course[far])
     found[known[far[alone]]] = True
     return found
@@ -140,6 +140,8 @@ def stuck(name: str, channels: Mapping[str, Array], t: Array) -> Mask:
     if name in _RESTS:
         return found
     for a, b in frozen_runs(channels[name], t):
+        if name in _DRIVES and abs(channels[name][a]) >= np.nanmax(np.abs(channels[name])):
+            continue  # it has reached its limit, which is physics
         if name in _SPEEDS:
             found[a:b] = channels[name][a] != 0.0
         else:

@@ -80,9 +80,7 @@ def read(path: Path, mappings: Sequence[Mapping]) -> Iterator[Item]:
                 readers[channel] = _topic(contents, channel, mappings)
             topic = readers[channel]
             if topic is not None and not topic.given_up:
-                columns = topic.columns(messages)
-                if columns.values or columns.faults:
-                    yield columns
+                yield from topic.columns(messages)
     yield from problems.values()
     yield from _remarks(path, contents, mappings, whole=not problems)
 
@@ -114,7 +112,7 @@ def describe(path: Path, mappings: Sequence[Mapping]) -> dict[str, object]:
             topic = readers[channel]
             if topic is not None and not found.get(channel):
                 few = layout.Messages(messages.data, *(part[:64] for part in messages[1:]))
-                found[channel] = {key[:3] for key in topic.columns(few).values}
+                found[channel] = {key[:3] for columns in topic.columns(few) for key in columns.values}
     topics = [
         {
             "topic": channel.topic,

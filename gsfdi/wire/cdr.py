@@ -113,7 +113,7 @@ def _msg_field(line: str, package: str) -> Field | None:
     if not line:
         return None
     found = _LINE.match(line)
-    if not found:
+    if not found or found.group(7)[:1] in ("!", "{", "(", ";"):
         raise UndecodableError(f"its schema has the line {line[:60]!r}")
     kind, _, array, bounded, length, name, rest = found.groups()
     if rest.startswith("="):

@@ -48,7 +48,7 @@ class Topic:
         """Whether nothing in the topic looks like telemetry."""
         return not self.fruitful and self.barren >= MOST_BARREN
 
-    def columns(self, messages: Messages) -> Columns:
+    def columns(self, messages: Messages) -> Iterator[Columns]:
         """Read messages, in the order given.
 
         Parameters
@@ -87,6 +87,7 @@ class Topic:
         if any(leaf.path in choice.names and not _constant(columns[leaf.path]) for leaf in leaves):
             return False
         out.state[:] = READ if choice.picks else SILENT
+        out.name(choice.joints, slice(None))
         if choice.picks:
             out.time_ns[:] = _times(choice, columns, messages, slice(None))
         for pick in choice.picks:
@@ -106,6 +107,7 @@ class Topic:
         choice = self._choice(tuple(Leaf(path, "text" if text else "f8", 0, 0, text) for path, _, text in found))
         values = {path: np.array([value]) for path, value, _ in found}
         out.state[row] = READ if choice.picks else SILENT
+        out.name(choice.joints, slice(row, row + 1))
         if choice.picks:
             out.time_ns[row] = _times(choice, values, messages, slice(row, row + 1))[0]
         for pick in choice.picks:

@@ -5,13 +5,13 @@ next one to be taken apart, so odd messages cost time but are never read by the 
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from gsfdi.mapping import Mapping
-from gsfdi.types import Array
+from gsfdi.types import Array, Mask
 from gsfdi.wire import Columns, Key, Stamps
 from gsfdi.wire.kernels import Bytes, Ints, fields, matching
 from gsfdi.wire.leaves import Anatomy, Leaf, UndecodableError
@@ -45,6 +45,7 @@ class Rows:
         self.time_ns = np.zeros(len(messages.starts), dtype=np.int64)
         self.state = np.full(len(messages.starts), UNDECODABLE, dtype=np.int8)
         self.values: dict[Key, Array] = {}
+        self.named: dict[tuple[str, str], Mask] = {}
 
     def column(self, key: Key) -> Array:
         """The column of a key, NaN where nothing was read into it yet."""
@@ -52,8 +53,18 @@ class Rows:
             self.values[key] = np.full(len(self.time_ns), np.nan)
         return self.values[key]
 
-    def columns(self, origin: str, fruitful: bool, backlog: Counter[str]) -> Columns:
-        """What was read; messages that say nothing are faults as soon as others of the topic say something."""
+    def name(self, joints: Iterable[tuple[str, str]], rows: Ints | slice) -> None:
+        """Note that these messages name these joints."""
+        for joint in joints:
+            if joint not in self.named:
+                self.named[joint] = np.zeros(len(self.time_ns), dtype=np.bool_)
+            self.named[joint][rows] = True
+
+    def columns(self, origin: str, fruitful: bool, backlog: Counter[str]) -> Iterator[Columns]:
+        """What was read, joints that the same messages name side by side.
+
+        Messages that say nothing are faults as soon as others of the topic say something.
+        """
         read = self.state == READ
         backlog.update(undecodable=int(np.sum(self.state == UNDECODABLE)), empty=int(np.sum(self.state == SILENT)))
         faults = dict(+backlog) if fruitful else {}
@@ -62,9 +73,18 @@ class Rows:
         time_ns = self.time_ns
         if read.any() and not time_ns[read].any():
             time_ns = self.messages.log_ns  # a driver that leaves every stamp at zero
-        if read.all():
-            return Columns(origin, time_ns, self.values, faults)
-        return Columns(origin, time_ns[read], {key: column[read] for key, column in self.values.items()}, faults)
+        groups: dict[bytes, list[tuple[str, str]]] = {}
+        for joint, rows in self.named.items():
+            groups.setdefault(rows.tobytes(), []).append(joint)
+        for joints in groups.values():
+            rows = self.named[joints[0]]
+            own = {key: column for key, column in self.values.items() if key[:2] in joints}
+            if not rows.all():
+                own = {key: column[rows] for key, column in own.items()}
+            yield Columns(origin, time_ns[rows], own, faults)
+            faults = {}
+        if faults:
+            yield Columns(origin, time_ns[:0], {}, faults)
 
 
 class _Layout(NamedTuple):
@@ -104,7 +124,7 @@ class Topic:
         """Whether nothing in the topic looks like telemetry."""
         return not self.fruitful and self.barren >= MOST_BARREN
 
-    def columns(self, messages: Messages) -> Columns:
+    def columns(self, messages: Messages) -> Iterator[Columns]:
         """Read messages, in the order given.
 
         Parameters
@@ -160,6 +180,7 @@ class Topic:
             out.state[own] = READ if layout.choice.picks else SILENT
             if layout.choice.picks:
                 out.time_ns[own] = _times(layout.choice.clock, layout, messages, own)
+            out.name(layout.choice.joints, own)
             for pick in layout.choice.picks:
                 read = _values(messages.data, messages.starts[own], layout.leaves[pick.path], layout.big_endian)
                 with np.errstate(invalid="ignore", over="ignore"):  # damaged numbers may be anything

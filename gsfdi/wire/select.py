@@ -73,6 +73,7 @@ class Choice(NamedTuple):
     clock: Clock
     picks: tuple[Pick, ...]
     names: frozenset[str]
+    joints: tuple[tuple[str, str], ...]
 
 
 def choose(leaves: Sequence[Leaf], topic: str, robot: str, mappings: Sequence[LogMapping]) -> Choice:
@@ -103,7 +104,8 @@ def choose(leaves: Sequence[Leaf], topic: str, robot: str, mappings: Sequence[Lo
                 picks += _mapped(found, channel, source, mapping, topic, names)
     if not mappings:
         picks += [*_well_known(found, robot, names), *_dynamic(found, robot, names), *_canonical(found, robot, names)]
-    return Choice(clock, tuple(_once(picks)), frozenset(names))
+    joints = tuple(dict.fromkeys((pick.key.robot, pick.key.joint) for pick in picks))
+    return Choice(clock, tuple(_once(picks)), frozenset(names), joints)
 
 
 _Found = Mapping[str, list[tuple[tuple[int, ...], Leaf]]]
