@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
@@ -16,10 +16,12 @@ from gsfdi.diagnosis import Limits, assess, unjudged
 from gsfdi.mapping import Mapping as LogMapping
 from gsfdi.overview import Overview
 from gsfdi.pipeline.baseline import load
+from gsfdi.pipeline.history import foretold
 from gsfdi.pipeline.outcome import Outcome, key_of, mappings_of, need
 from gsfdi.registry import shelf
 from gsfdi.reports import Analysis
 from gsfdi.reports import Report as Form
+from gsfdi.store import Store
 from gsfdi.types import JointRecord, Problem, Verdict
 from gsfdi.workers import ALONE, Crew, Report, each, silent
 
@@ -245,10 +247,15 @@ def analyze(
     judged = in_order([one for some, _, _ in done for one in some], baseline)
     problems = list(dict.fromkeys(problem for _, some, _ in done for problem in some))
     need(judged, problems)
-    hashes = {path: digest for _, _, some in done for path, digest in some.items()}
+    hashes = {path: sha for _, _, some in done for path, sha in some.items()}
+    batch, keep = together(hashes), Store(store)
+    judged = [
+        replace(one, verdict=foretold(one.verdict, keep, one.record.robot, 1e-9 * one.record.t0_ns, batch, digest))
+        for one in judged
+    ]
     analysis = Analysis(
         batch_path=common(hashes),
-        batch_sha256=together(hashes),
+        batch_sha256=batch,
         baseline_name=name,
         baseline_sha256=digest,
         made=now.isoformat(timespec="seconds"),
