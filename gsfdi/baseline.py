@@ -7,6 +7,7 @@ dictionaries of str, float, int, lists and float64 arrays; ``Baseline.from_dict`
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -177,7 +178,7 @@ def _pieces(records: Sequence[JointRecord]) -> list[JointRecord]:
         length = float(record.t[-1] - record.t[0]) if len(record.t) else 0.0
         count = int(np.clip(length // PIECE, 1, -(-FEWEST // len(records)))) if length >= 2 * PIECE else 1
         edges = np.linspace(0, len(record.t), count + 1).astype(int)
-        pieces += [part_of(record, low, high) for low, high in zip(edges[:-1], edges[1:], strict=True)]
+        pieces += [part_of(record, low, high) for low, high in pairwise(edges)]
     return pieces
 
 

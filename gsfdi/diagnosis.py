@@ -26,16 +26,16 @@ critical, when the share of the joint's capability that it takes reaches the lim
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from typing import NamedTuple
 
 import numpy as np
 
+from gsfdi import prognosis
 from gsfdi.baseline import JointBaseline, detectors, gather
 from gsfdi.detectors.innovations import cleaned
 from gsfdi.directions import Direction, grouped, library
-from gsfdi.types import Action, Array, Component, Due, Finding, JointRecord, Level, Verdict
-
-NO_DUE = Due(None, None, "no degradation is under way")
+from gsfdi.types import Action, Array, Due, Finding, JointRecord, Level, Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ def assess(
     limits: Limits | None = None,
     settings: Mapping[str, Mapping[str, float]] | None = None,
     now_ns: int | None = None,
-    due: Callable[[Sequence[Candidate], float], Due] | None = None,
+    history: Sequence[Mapping[str, object]] = (),
     explain: Callable[[], Mapping[str, object] | None] | None = None,
 ) -> Verdict:
     """Judge one joint's batch.
@@ -128,8 +128,8 @@ def assess(
         Changed knobs by detector.
     now_ns : int, optional
         The time [ns, UTC]; telemetry much older than it is ``stale``.
-    due : callable, optional
-        From the candidates and the batch's time [s since epoch] to when maintenance is due (`gsfdi.prognosis`).
+    history : sequence of mapping, optional
+        The joint's ledger (`gsfdi.prognosis.row` of earlier batches); with this batch it gives the due date.
     explain : callable, optional
         Called when no fault of the library explains an alarm; gives the ``omitted_physics`` entry of a
         reconciliation (``term``, ``component``, ``probability``, ``says``), or None.
@@ -157,7 +157,11 @@ def assess(
     if refusal is not None:
         return replace(refusal, joint=joint)
     findings = _findings(numbers, baseline, limits, settings, joint)
-    return _verdict(joint, findings, numbers, baseline, limits, due, explain, seen.t0_ns * 1e-9)
+    matched = next((one for one in findings if one.detector == "innovations"), None)
+    candidates = _candidates(matched, numbers["innovations"], baseline, limits) if matched is not None else []
+    when = seen.t0_ns * 1e-9
+    case = _Case(joint, findings, candidates, numbers["innovations"], baseline, limits, history, when)
+    return _verdict(case, explain)
 
 
 class _Look:
@@ -295,44 +299,79 @@ def _severity(best: Candidate, baseline: JointBaseline, numbers: Mapping[str, Ar
     return float(np.sqrt(best.gain / max(float(numbers["h"][:, j].sum()), 1e-300)))
 
 
-def _verdict(
-    joint: str, findings: list[Finding], numbers: Mapping[str, Mapping[str, Array]], baseline: JointBaseline,
-    limits: Limits, due: Callable[[Sequence[Candidate], float], Due] | None,
-    explain: Callable[[], Mapping[str, object] | None] | None, when: float,
-) -> Verdict:  # fmt: skip
-    methods = _methods(findings)
-    alarmed = [one for one in findings if one.alarm]
-    matched = next((one for one in findings if one.detector == "innovations"), None)
-    candidates = _candidates(matched, numbers["innovations"], baseline, limits) if matched is not None else []
+class _Case(NamedTuple):
+    """Everything that a verdict on one joint is made of."""
+
+    joint: str
+    findings: list[Finding]
+    candidates: list[Candidate]
+    innovations: Mapping[str, Array]
+    baseline: JointBaseline
+    limits: Limits
+    history: Sequence[Mapping[str, object]]
+    when: float
+
+    def due(self, level: Level, fault: str | None, key: str | None) -> Due:
+        """Read the joint's ledger, this batch included."""
+        rows = [*self.history, prognosis.row(self.findings, self.when, level, fault)]
+        return prognosis.due(rows, key, self.limits.critical)
+
+
+def _verdict(case: _Case, explain: Callable[[], Mapping[str, object] | None] | None) -> Verdict:
+    methods = _methods(case.findings)
+    alarmed = [one for one in case.findings if one.alarm]
     if not alarmed:
-        when_due = due(candidates, when) if due is not None else NO_DUE
-        return Verdict(joint, "normal", "none", None, None, None, (), None, methods, when_due,
-                       f"{joint} behaves as its baseline does.", tuple(findings))  # fmt: skip
-    span = float(len(numbers["innovations"]["g"]) * numbers["innovations"]["width"][0])
-    if matched is None or not matched.alarm or not _explains(candidates[0], numbers["innovations"], baseline):
-        first = min(alarmed, key=lambda one: one.p_value)
-        found = explain() if explain is not None else None
-        why = str(found["says"]) if found else "no single known fault explains it"
-        says = f"{joint} departs from its baseline: {first.sentence}; {why}."
+        due = case.due("normal", None, None)
+        says = f"{case.joint} behaves as its baseline does."
+        if due.when is not None:
+            says += f" {due.reason[0].upper()}{due.reason[1:]}: {due.when}."
         return Verdict(
-            joint, "warning", "inspect", None, None, None, (), first.onset_s, methods, NO_DUE, says, tuple(findings)
+            case.joint, "normal", "none", None, None, None, (), None, methods, due, says, tuple(case.findings)
         )
-    best = candidates[0]
-    severity = _severity(best, baseline, numbers["innovations"], span)
+    matched = next((one for one in case.findings if one.detector == "innovations"), None)
+    if matched is None or not matched.alarm or not _explains(case.candidates[0], case.innovations, case.baseline):
+        return _unexplained(case, methods, min(alarmed, key=lambda one: one.p_value), explain() if explain else None)
+    return _named(case, methods)
+
+
+def _unexplained(
+    case: _Case, methods: Mapping[str, Mapping[str, object]], first: Finding, found: Mapping[str, object] | None
+) -> Verdict:
+    """A departure that no single fault of the library accounts for, with what a reconciliation made of it."""
+    why, fault, component, probability = "no single known fault explains it", None, None, None
+    if found is not None:
+        why, fault, component = str(found["says"]).rstrip("."), str(found["term"]), found["component"]
+        probability = found.get("probability")
+    says = f"{case.joint} departs from its baseline: {first.sentence}; {why}."
+    due = case.due("warning", fault, fault)
+    return Verdict(case.joint, "warning", "inspect", component, fault, probability, (), first.onset_s,  # type: ignore[arg-type]
+                   methods, due, says, tuple(case.findings))  # fmt: skip
+
+
+def _named(case: _Case, methods: Mapping[str, Mapping[str, object]]) -> Verdict:
+    """A departure that one fault of the library explains."""
+    best, limits = case.candidates[0], case.limits
+    span = float(len(case.innovations["g"]) * case.innovations["width"][0])
+    severity = _severity(best, case.baseline, case.innovations, span)
     level: Level = (
         "critical" if severity >= limits.critical else "distress" if severity >= limits.distress else "warning"
     )
     actions: dict[Level, Action] = {"critical": "stop_using", "distress": "plan_maintenance", "warning": "inspect"}
-    fault = fault_name(best)
-    component: Component = best.direction.component
-    findings.append(_diagnosed(joint, candidates, severity, best))
-    alternatives = _alternatives(candidates)
-    when_due = due(candidates, when) if due is not None else NO_DUE
+    fault, alternatives = fault_name(best), _alternatives(case.candidates)
+    due = case.due(level, fault, best.direction.fault)
+    if level == "critical":
+        due = replace(due, when=_day(case.when), interval90=(_day(case.when), _day(case.when)),
+                      reason=f"the limit of {100 * limits.critical:.0f} % of the joint's capability is reached")  # fmt: skip
+    findings = (*case.findings, _diagnosed(case.joint, case.candidates, severity, best))
+    onset = best.onset if best.onset > 0.02 * span else 0.0
     return Verdict(
-        joint, level, actions[level], component, fault, best.probability, alternatives,
-        best.onset if best.onset > 0.02 * span else 0.0, methods, when_due, _says(joint, best, fault, alternatives),
-        tuple(findings),
+        case.joint, level, actions[level], best.direction.component, fault, best.probability, alternatives, onset,
+        methods, due, _says(case.joint, best, fault, alternatives), findings,
     )  # fmt: skip
+
+
+def _day(when: float) -> str:
+    return datetime.fromtimestamp(when, UTC).date().isoformat()
 
 
 def fault_name(one: Candidate) -> str:

@@ -252,6 +252,34 @@ def _described(lean: Lean, g: Array, sums: _Sums, late: Array, at: int, ramp: bo
     return lean._replace(z=z, robust=robust, gain=gain, size=whole, error=error, onset=at, ramp=ramp)
 
 
+def _whole(numbers: Numbers, learnt: Numbers, found: Sequence[Lean]) -> tuple[Array, Array, Array]:
+    """Size and error of each fault as if it acted all through the batch, and what a unit of it takes of the drive.
+
+    That share is the change of the torque constant which would displace the joint as much.
+    """
+    g, h = cleaned(numbers, learnt["lean"], learnt["drift"]).sum(axis=0), numbers["h"].sum(axis=0)
+    kind = numbers["kind"]
+    directions = library(bool(kind[0]), bool(kind[1]), bool(kind[2]))
+    torque = [one.fault for one in directions].index("torque_constant_change")
+    misfit = float(learnt["tolerance"][0]) ** 2 * h[torque]
+    rows = []
+    for one in found:
+        j = list(one.members)
+        info = np.maximum(h[j], 1e-300)
+        size = float(g[j][0] / info[0]) if len(j) == 1 else float(np.linalg.norm(g[j] / info))
+        variance = (learnt["within"][j] + misfit) / info + learnt["between"][j] + learnt["lean_var"][j]
+        ratio = directions[j[0]].neutral == 1.0
+        rows.append(
+            (
+                size,
+                float(np.sqrt(variance.max())),
+                1.0 if ratio else float(np.sqrt(info.max() / max(h[torque], 1e-300))),
+            )
+        )
+    sizes, errors, factors = np.array(rows).T
+    return sizes, errors, factors
+
+
 def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, float]) -> Finding | None:
     """Judge a batch by the strongest of its leans."""
     if not len(numbers.get("g", ())) or float(numbers["h"].sum()) <= 0:
@@ -270,10 +298,12 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     g, h = cleaned(numbers, learnt["lean"], learnt["drift"])[:, j], numbers["h"][:, j]
     run = np.cumsum(g, axis=0) / np.sqrt(np.maximum(learnt["within"][j] * np.cumsum(h, axis=0), 1e-300))
     residual = run[:, int(np.argmax(np.abs(run[-1])))]
+    sizes, errors, factors = _whole(numbers, learnt, found)
     evidence: dict[str, object] = {
         "t": width * (np.arange(len(g)) + 1.0), "residual": residual, "threshold": limit,
         "names": [one.name for one in found], "ramp": np.array([float(one.ramp) for one in found]),
         "onset": np.array([one.onset * width for one in found]),
+        "share": sizes * factors, "share_error": errors * factors,
         **{key: np.array([getattr(one, key) for one in found]) for key in ("z", "robust", "gain", "size", "error")},
     }  # fmt: skip
     return Finding(
