@@ -1,27 +1,42 @@
-"""JSON messages to columns: a block of one layout through pyarrow's parser, anything else one by one."""
+"""JSON messages to columns: parse one, then read the numbers of all that are the same between their numbers.
 
-import io
+What stands between the numbers, names and all, must agree byte for byte; a message that differs becomes the next one to
+be parsed.
+"""
+
 import json
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.json as pj
 
 from gsfdi.mapping import Mapping
-from gsfdi.wire import Columns
-from gsfdi.wire.kernels import deepest
-from gsfdi.wire.layout import MOST_BARREN, MOST_MESSAGE, READ, SILENT, Messages, Rows, ticks_to_ns
+from gsfdi.wire import Columns, Stamps
+from gsfdi.wire.kernels import Bytes, Ints, packed, slots
+from gsfdi.wire.layout import LONELY, MOST_BARREN, MOST_MESSAGE, READ, SILENT, Messages, Rows, ticks_to_ns
 from gsfdi.wire.leaves import Leaf
 from gsfdi.wire.select import Choice, choose
 
-FEW = 16
-"""Blocks of fewer messages are read one by one."""
+MOST_KEPT = 64
 MOST_LEAVES = 65_536
-MOST_DEPTH = 32
+MOST_DEPTH = 16
+_TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|(-?\d[-+.eE0-9]*)')
+
+
+class _Skeleton(NamedTuple):
+    """What stands between the numbers of a message, and which number is what.
+
+    `slots` gives the number's place by path; what is no number (true, null, NaN) is the same in every message.
+    """
+
+    literals: Bytes
+    edges: Ints
+    slots: dict[str, int]
+    constants: dict[str, float]
+    choice: Choice
 
 
 class Topic:
@@ -38,10 +53,10 @@ class Topic:
 
     def __init__(self, name: str, robot: str, mappings: Sequence[Mapping]) -> None:
         self.name, self.robot, self.mappings = name, robot, mappings
+        self.skeletons: list[_Skeleton] = []
         self.barren = 0
         self.fruitful = False
         self.backlog: Counter[str] = Counter()
-        self.choices: dict[tuple[Leaf, ...], Choice] = {}
 
     @property
     def given_up(self) -> bool:
@@ -56,78 +71,117 @@ class Topic:
         messages : Messages
         """
         out = Rows(messages)
-        if self.given_up:
-            return out.columns(self.name, False, self.backlog)
-        if len(messages.starts) < FEW or not self._at_once(messages, out):
-            for row in range(len(messages.starts)):
-                self._one(messages, row, out)
-        return out.columns(self.name, self.fruitful, self.backlog)
+        rows = np.arange(len(messages.starts))
+        for skeleton in self.skeletons:
+            rows = self._apply(skeleton, messages, rows, out)
+        lonely = 0
+        while len(rows) and not self.given_up:
+            learnt = self._learn(messages, int(rows[0]))
+            if learnt is None:
+                rows = rows[1:]
+            elif lonely > LONELY:
+                self._apply(learnt, messages, rows[:1], out)
+                rows = rows[1:]
+            else:
+                left = self._apply(learnt, messages, rows, out)
+                lonely += len(rows) - len(left) <= 1
+                if len(rows) - len(left) > 1 and len(self.skeletons) < MOST_KEPT:
+                    self.skeletons.append(learnt)
+                rows = left if len(left) < len(rows) else rows[1:]
+        yield from out.columns(self.name, self.fruitful, self.backlog)
 
-    def _at_once(self, messages: Messages, out: Rows) -> bool:
-        """Read a block whose messages all have the first one's layout; False if they do not."""
-        whole = messages.data.tobytes()
-        ends = (messages.starts + messages.sizes).tolist()
-        lines = b"\n".join([whole[a:b] for a, b in zip(messages.starts.tolist(), ends, strict=True)])
-        if lines.count(b"\n") != len(ends) - 1 or deepest(np.frombuffer(lines, dtype=np.uint8)) > MOST_DEPTH:
-            return False
-        try:
-            table = pj.read_json(
-                io.BytesIO(lines), pj.ReadOptions(use_threads=False, block_size=max(len(lines) + 1, 1 << 16))
-            )
-        except (pa.ArrowException, ValueError):
-            return False
-        if table.num_rows != len(ends):
-            return False
-        columns: dict[str, np.ndarray] = {}
-        leaves: list[Leaf] = []
-        for name in table.column_names:
-            if not _flatten(_whole(table.column(name)), name, len(ends), columns, leaves):
-                return False
-        choice = self._choice(tuple(leaves))
-        if any(leaf.path in choice.names and not _constant(columns[leaf.path]) for leaf in leaves):
-            return False
-        out.state[:] = READ if choice.picks else SILENT
-        out.name(choice.joints, slice(None))
-        if choice.picks:
-            out.time_ns[:] = _times(choice, columns, messages, slice(None))
-        for pick in choice.picks:
-            out.column(pick.key)[:] = pick.factor * columns[pick.path].astype(np.float64) + pick.offset
-        return True
-
-    def _one(self, messages: Messages, row: int, out: Rows) -> None:
+    def _learn(self, messages: Messages, row: int) -> _Skeleton | None:
+        """Parse a message; None if it is no JSON, or not one whose numbers can be told from its text."""
         start, size = int(messages.starts[row]), int(messages.sizes[row])
-        if size > MOST_MESSAGE:
-            return
+        data = messages.data[start : start + min(size, MOST_MESSAGE + 1)].tobytes()
         try:
-            content = json.loads(messages.data[start : start + size].tobytes())
-            found = list(_walk(content, "", 0))
+            if size > MOST_MESSAGE:
+                raise ValueError("too long")
+            found = list(_walk(json.loads(data), "", 0))
         except (ValueError, RecursionError):
             self.barren += 1
-            return
-        choice = self._choice(tuple(Leaf(path, "text" if text else "f8", 0, 0, text) for path, _, text in found))
-        values = {path: np.array([value]) for path, value, _ in found}
-        out.state[row] = READ if choice.picks else SILENT
-        out.name(choice.joints, slice(row, row + 1))
-        if choice.picks:
-            out.time_ns[row] = _times(choice, values, messages, slice(row, row + 1))[0]
-        for pick in choice.picks:
-            out.column(pick.key)[row] = pick.factor * float(values[pick.path][0]) + pick.offset
+            return None
+        numbers = [match.span(1) for match in _TOKEN.finditer(data) if match.group(1)]
+        named = [path for path, value, _ in found if type(value) in (int, float) and np.isfinite(value)]
+        texts = {path: text for path, _, text in found}
+        named = [path for path in named if not texts[path]]
+        if len(named) != len(numbers) or len(texts) != len(found):
+            self.barren += 1  # a key twice, or a number that only Python would call one
+            return None
+        literals, at = [], 0
+        for a, b in [*numbers, (len(data), len(data))]:
+            literals.append(data[at:a])
+            at = b
+        choice = choose(
+            [Leaf(path, "text" if text else "f8", 0, 0, text) for path, _, text in found],
+            self.name,
+            self.robot,
+            self.mappings,
+        )
+        self.barren += not choice.picks
+        self.fruitful |= bool(choice.picks)
+        places = {path: k for k, path in enumerate(named)}
+        constants = {path: float(value) for path, value, text in found if not text and path not in places}
+        whole = np.frombuffer(b"".join(literals), dtype=np.uint8)
+        edges = np.cumsum([len(literal) for literal in literals])
+        return _Skeleton(whole, edges, places, constants, choice)
 
-    def _choice(self, leaves: tuple[Leaf, ...]) -> Choice:
-        """Choose once for each layout; a layout is its paths and what its names say."""
-        if leaves not in self.choices:
-            if len(self.choices) > 256:
-                self.choices.clear()
-            choice = choose(leaves, self.name, self.robot, self.mappings)
-            self.barren += not choice.picks
-            self.fruitful |= bool(choice.picks)
-            self.choices[leaves] = choice
-        return self.choices[leaves]
+    def _apply(self, skeleton: _Skeleton, messages: Messages, rows: Ints, out: Rows) -> Ints:
+        """Read the rows that share the skeleton; give back the others."""
+        starts, sizes = messages.starts[rows], messages.sizes[rows]
+        begins, lengths, agree = slots(messages.data, starts, sizes, skeleton.literals, skeleton.edges)
+        picks = skeleton.choice.picks
+        wanted = [skeleton.slots[pick.path] for pick in picks if pick.path in skeleton.slots]
+        own = rows[agree]
+        try:
+            table = _numbers(messages.data, begins[agree][:, wanted], lengths[agree][:, wanted])
+            times = self._times(skeleton, messages, own, begins[agree], lengths[agree])
+        except pa.ArrowInvalid:  # something like 1-2, which only looks like a number
+            return rows
+        out.state[own] = READ if picks else SILENT
+        out.name(skeleton.choice.joints, own)
+        if picks:
+            out.time_ns[own] = times
+        column = iter(table)
+        for pick in picks:
+            value = next(column) if pick.path in skeleton.slots else np.full(len(own), skeleton.constants[pick.path])
+            out.fill(pick, own, value)
+        others: Ints = rows[~agree]
+        return others
+
+    def _times(self, skeleton: _Skeleton, messages: Messages, own: Ints, begins: Ints, lengths: Ints) -> Stamps:
+        clock = skeleton.choice.clock
+
+        def read(path: str) -> np.ndarray:
+            if path not in skeleton.slots:
+                return np.full(len(own), skeleton.constants[path])
+            at = skeleton.slots[path]
+            whole: np.ndarray = _numbers(messages.data, begins[:, [at]], lengths[:, [at]], exact=True)[0]
+            return whole
+
+        if clock.seconds:
+            return ticks_to_ns(read(clock.seconds), 1_000_000_000) + ticks_to_ns(read(clock.nanos), 1)
+        if clock.ticks:
+            return ticks_to_ns(read(clock.ticks), clock.tick_ns) + clock.epoch_ns
+        return messages.published_ns[own] if clock.published else messages.log_ns[own]
 
 
-def _walk(content: Any, path: str, depth: int) -> Iterator[tuple[str, float | int, str]]:
-    """Every number, and every string with its text, below a parsed message."""
-    if depth > 16:
+def _numbers(data: Bytes, begins: Ints, lengths: Ints, exact: bool = False) -> np.ndarray:
+    """The numbers that stand at some places of many messages, a row for each place; whole ones exact if asked."""
+    text, edges = packed(data, begins.T.ravel(), lengths.T.ravel())
+    buffers = [None, pa.py_buffer(edges), pa.py_buffer(text)]
+    array = pa.Array.from_buffers(pa.string(), len(edges) - 1, buffers)
+    if exact:
+        try:
+            return np.asarray(array.cast(pa.int64())).reshape(begins.shape[::-1])
+        except pa.ArrowInvalid:
+            pass  # fractions, or more than 64 bits
+    return np.asarray(array.cast(pa.float64())).reshape(begins.shape[::-1])
+
+
+def _walk(content: Any, path: str, depth: int) -> Iterator[tuple[str, float | int | bool, str]]:
+    """Every value of a parsed message in the order of its text, and what a string says."""
+    if depth > MOST_DEPTH:
         raise ValueError("nested too deeply")
     if isinstance(content, dict):
         for key, value in content.items():
@@ -139,61 +193,5 @@ def _walk(content: Any, path: str, depth: int) -> Iterator[tuple[str, float | in
             yield from _walk(value, f"{path}[{i}]", depth + 1)
     elif isinstance(content, str):
         yield path, 0.0, content or " "
-    elif content is None:
-        yield path, float("nan"), ""
-    elif isinstance(content, bool | int | float):
-        yield path, float(content) if abs(content) >= 2**63 else content, ""
-
-
-def _flatten(column: pa.Array, path: str, rows: int, columns: dict[str, np.ndarray], leaves: list[Leaf]) -> bool:
-    """One column of a table to columns of numbers by path; False if its messages differ in layout."""
-    kind = column.type
-    if pa.types.is_struct(kind):
-        if column.null_count:
-            return False
-        fields = [kind.field(i).name for i in range(kind.num_fields)]
-        return all(
-            _flatten(pc.struct_field(column, [i]), f"{path}.{f}", rows, columns, leaves) for i, f in enumerate(fields)
-        )
-    if pa.types.is_list(kind):
-        lengths = pc.list_value_length(column)
-        first = lengths[0].as_py()
-        if column.null_count or first is None or not pc.all(pc.equal(lengths, first)).as_py() or first > MOST_LEAVES:
-            return False
-        flat = column.flatten()
-        places = np.arange(len(flat)).reshape(len(column), first)
-        return all(
-            _flatten(flat.take(pa.array(places[:, i])), f"{path}[{i}]", rows, columns, leaves) for i in range(first)
-        )
-    if len(column) != rows:
-        return False
-    if pa.types.is_string(kind) or pa.types.is_timestamp(kind) or pa.types.is_null(kind):
-        texts = column.cast(pa.string()) if not pa.types.is_null(kind) else pa.array([""] * rows)
-        if texts.null_count:
-            return False
-        columns[path] = np.asarray(texts.dictionary_encode().indices)
-        leaves.append(Leaf(path, "text", 0, 0, texts[0].as_py() or " "))
-        return True
-    if column.null_count:
-        return False
-    columns[path] = np.asarray(column)
-    leaves.append(Leaf(path, "f8", 0, 0))
-    return True
-
-
-def _whole(column: pa.ChunkedArray) -> pa.Array:
-    return column.chunk(0) if column.num_chunks == 1 else pa.concat_arrays(column.chunks)
-
-
-def _constant(codes: np.ndarray) -> bool:
-    return bool((codes == codes[0]).all())
-
-
-def _times(choice: Choice, columns: dict[str, np.ndarray], messages: Messages, rows: slice) -> np.ndarray:
-    clock = choice.clock
-    if clock.seconds:
-        whole = ticks_to_ns(columns[clock.seconds], 1_000_000_000)
-        return whole + ticks_to_ns(columns[clock.nanos], 1)
-    if clock.ticks:
-        return ticks_to_ns(columns[clock.ticks], clock.tick_ns) + clock.epoch_ns
-    return messages.published_ns[rows] if clock.published else messages.log_ns[rows]
+    else:
+        yield path, float("nan") if content is None else content, ""

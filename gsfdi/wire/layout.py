@@ -13,15 +13,17 @@ import numpy as np
 from gsfdi.mapping import Mapping
 from gsfdi.types import Array, Mask
 from gsfdi.wire import Columns, Key, Stamps
-from gsfdi.wire.kernels import Bytes, Ints, fields, matching
+from gsfdi.wire.kernels import Bytes, Ints, doubles, fields, matching
 from gsfdi.wire.leaves import Anatomy, Leaf, UndecodableError
-from gsfdi.wire.select import Choice, Clock, choose
+from gsfdi.wire.select import Choice, Clock, Pick, choose
 
 MOST_KEPT = 256
 """Layouts remembered for a topic."""
 MOST_BARREN = 32
 """A topic whose first layouts hold no telemetry, this many of them, is given up."""
 MOST_MESSAGE = 1 << 20
+LONELY = 8
+"""After so many layouts of a block that fitted one message only, the others of a size are taken one by one."""
 
 
 class Messages(NamedTuple):
@@ -52,6 +54,12 @@ class Rows:
         if key not in self.values:
             self.values[key] = np.full(len(self.time_ns), np.nan)
         return self.values[key]
+
+    def fill(self, pick: Pick, rows: Ints | slice, read: np.ndarray) -> None:
+        """Put what a pick reads in some messages into its column, in SI."""
+        column = self.column(pick.key)
+        with np.errstate(invalid="ignore", over="ignore"):  # damaged numbers may be anything
+            column[rows] = read if (pick.factor, pick.offset) == (1.0, 0.0) else pick.factor * read + pick.offset
 
     def name(self, joints: Iterable[tuple[str, str]], rows: Ints | slice) -> None:
         """Note that these messages name these joints."""
@@ -141,6 +149,7 @@ class Topic:
         known = self.layouts.setdefault(size, [])
         for layout in known:
             rows = self._apply(layout, messages, rows, out)
+        lonely = 0
         while len(rows):
             learnt = None if size > MOST_MESSAGE or self.given_up else self._learn(messages, int(rows[0]), size)
             if learnt is None:
@@ -148,10 +157,16 @@ class Topic:
                 out.state[rows if hopeless else rows[:1]] = UNDECODABLE
                 rows = rows[len(rows) if hopeless else 1 :]
                 continue
-            if self.kept < MOST_KEPT:
+            if lonely > LONELY:
+                self._apply(learnt, messages, rows[:1], out)
+                rows = rows[1:]
+                continue
+            left = self._apply(learnt, messages, rows, out)
+            lonely += len(rows) - len(left) == 1
+            if len(rows) - len(left) > 1 and self.kept < MOST_KEPT:
                 known.append(learnt)
                 self.kept += 1
-            rows = self._apply(learnt, messages, rows, out)
+            rows = left
 
     def _learn(self, messages: Messages, row: int, size: int) -> _Layout | None:
         start = int(messages.starts[row])
@@ -181,12 +196,22 @@ class Topic:
             if layout.choice.picks:
                 out.time_ns[own] = _times(layout.choice.clock, layout, messages, own)
             out.name(layout.choice.joints, own)
-            for pick in layout.choice.picks:
-                read = _values(messages.data, messages.starts[own], layout.leaves[pick.path], layout.big_endian)
-                with np.errstate(invalid="ignore", over="ignore"):  # damaged numbers may be anything
-                    out.column(pick.key)[own] = pick.factor * read + pick.offset
+            for pick, read in _read(layout, messages.data, messages.starts[own]):
+                out.fill(pick, own, read)
         others: Ints = rows[~same]
         return others
+
+
+def _read(layout: _Layout, data: Bytes, starts: Ints) -> Iterator[tuple[Pick, np.ndarray]]:
+    """What the picks of a layout say in many messages; doubles, which most are, in one go."""
+    picked = [(pick, layout.leaves[pick.path]) for pick in layout.choice.picks]
+    wide = [(pick, leaf.offset) for pick, leaf in picked if leaf.kind == "f8"]
+    copied = doubles(data, starts, np.array([offset for _, offset in wide], dtype=np.int64))
+    numbers = copied.view(">f8" if layout.big_endian else "<f8")[:, :, 0]
+    yield from zip((pick for pick, _ in wide), numbers, strict=True)
+    for pick, leaf in picked:
+        if leaf.kind != "f8":
+            yield pick, _values(data, starts, leaf, layout.big_endian)
 
 
 def _times(clock: Clock, layout: _Layout, messages: Messages, own: Ints) -> Stamps:
