@@ -1,6 +1,6 @@
 """``gsfdi ingest``: telemetry into the store, with a quality line for every joint."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,7 @@ from gsfdi import ingest as reading
 from gsfdi.errors import GsfdiError
 from gsfdi.pipeline.outcome import Outcome, mappings_of, need
 from gsfdi.store import Store
-from gsfdi.types import Problem
+from gsfdi.types import Batch, JointRecord, Problem
 from gsfdi.workers import Report, silent
 
 
@@ -66,12 +66,10 @@ def ingest(
     added = 0
     for done, path in enumerate(paths):
         progress(done, len(paths), "files")
-        batch = reading.read([path], loaded, joints)
-        problems += batch.problems
-        if batch.records:
-            new = bool(keep.add(batch))
-            added += new
-            rows += [{"source": str(path), "new": new, **row} for row in reading.summary(batch.records)]
+        written: list[Path] = []
+        found = reading.summary(_kept(reading.stream([path], loaded, joints), keep, written, problems))
+        rows += [{"source": str(path), "new": bool(written), **row} for row in found]
+        added += bool(written)
     need(rows, problems)
     result = {
         "schema": "gsfdi/ingest/1",
@@ -82,6 +80,14 @@ def ingest(
         "problems": [asdict(problem) for problem in problems],
     }
     return Outcome(result, [quality_line(row) for row in rows], problems)
+
+
+def _kept(pieces: Iterable[Batch], keep: Store, written: list[Path], problems: list[Problem]) -> Iterator[JointRecord]:
+    """Records of a file of any length: each is in the store before the next is read."""
+    for batch in pieces:
+        problems += batch.problems
+        written += keep.add(batch)
+        yield from batch.records
 
 
 def quality_line(row: Mapping[str, Any]) -> str:
