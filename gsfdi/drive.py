@@ -1,4 +1,4 @@
-"""What drives a replay: the recorded command and measurements, the clock they make, and where the joint starts."""
+"""What drives a replay: the recorded command and measurements, and the clock that they make."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -9,27 +9,10 @@ import numpy as np
 from gsfdi import replay as kernel
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel
+from gsfdi.starting import Signals, Start, start_of
 from gsfdi.types import Array, JointRecord, frozen
 
 REGULAR = 1e-3  # share of a period within which jittering stamps count as regular
-START_WINDOW = 8  # samples from which the starting motion is taken
-
-
-class Signals(NamedTuple):
-    """What a recording holds for a replay; all (n,), NaN where unknown.
-
-    Time [s] from the start of the recording; the command; what was measured; `velocity` is the motor's, the joint's if
-    the model is rigid; temperature [degC], 20 where unknown.
-    """
-
-    t: Array
-    setpoint: Array
-    setpoint_rate: Array
-    feedforward: Array
-    effort: Array
-    position: Array
-    velocity: Array
-    temperature: Array
 
 
 class Clock(NamedTuple):
@@ -50,16 +33,6 @@ class Clock(NamedTuple):
         at = np.flatnonzero(events[:, kernel.RECORD] >= 0)[np.asarray(samples, dtype=np.int64)]
         events[at, kernel.RESTART] = np.arange(len(samples))
         return self._replace(events=events)
-
-
-class Start(NamedTuple):
-    """How a recording begins: joint angle and speed, motor speed (reflected), torque in the spring, integral part."""
-
-    angle: float
-    speed: float
-    motor_speed: float
-    spring_torque: float
-    integral: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +58,12 @@ def drive_of(record: JointRecord, model: JointModel) -> Drive:
     t = record.t
     if t.size < 3:
         raise UnusableInputError(f"joint {record.joint}", f"{t.size} samples cannot be replayed", "give a longer one")
+
+    if model.effort not in record and record.effort in record:
+        what = f"the recording carries {record.effort}, the model speaks {model.effort}"
+        raise UnusableInputError(
+            f"joint {record.joint}", what, "give gains and torque constant in the recording's unit"
+        )
 
     def channel(name: str) -> Array:
         return record[name] if name in record else np.full(t.size, np.nan)
@@ -171,36 +150,3 @@ def clock_of(signals: Signals, period: float | None) -> Clock:
     events[:, kernel.VELOCITY] = np.where(record >= 0, signals.velocity[before], np.nan)
     events[:, kernel.TEMPERATURE] = np.interp(time, t, signals.temperature)
     return Clock(events, np.empty((0, 2)), np.zeros(2))
-
-
-def start_of(signals: Signals, model: JointModel) -> Start:
-    """How the recording begins: a parabola through its first samples, and what the law of the controller leaves."""
-    first = Signals(*(values[:START_WINDOW] for values in signals))
-    dt = first.t - first.t[0]
-    angle, speed, bend = float(np.nan_to_num(first.setpoint[0])), float(np.nan_to_num(first.setpoint_rate[0])), 0.0
-    good = np.isfinite(first.position)
-    if good.sum() >= 3 and dt[good][-1] > 0:
-        bend, speed, angle = (float(value) for value in np.polyfit(dt[good], first.position[good], 2))
-    moving = np.isfinite(first.velocity)
-    if moving.sum() >= 3 and dt[moving][-1] > 0:
-        ratio = 1.0 if model.structure == "rigid" else model.plant.gear_ratio
-        accel, speed = (float(value) / ratio for value in np.polyfit(dt[moving], first.velocity[moving], 1))
-        bend = 0.5 * accel
-    spring = -(2.0 * bend * model.plant.output_inertia + model.plant.damping * speed)
-    return Start(angle, speed, speed, spring, integral_of(first, model))
-
-
-def integral_of(first: Signals, model: JointModel) -> float:
-    """Integral part of the controller at the first sample: what its law leaves of the recorded effort."""
-    law = model.controller
-    if law is None or law.integral == 0.0:
-        return 0.0
-    error = first.setpoint - first.position
-    speed = first.velocity / (1.0 if model.structure == "rigid" else model.plant.gear_ratio)
-    if not np.isfinite(speed).any():
-        speed = np.gradient(first.position, first.t + 1e-12 * np.arange(first.t.size))
-    left = first.effort - first.feedforward - law.proportional * error
-    left = left - law.derivative * (law.rate_feedforward * first.setpoint_rate - speed)
-    swept = np.concatenate([[0.0], np.cumsum(0.5 * (error[1:] + error[:-1]) * np.diff(first.t))])
-    parts = left - law.integral * swept
-    return float(np.nanmean(parts)) if np.isfinite(parts).any() else 0.0

@@ -2,20 +2,19 @@
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
 import numba
 import numpy as np
 from numba import types
-from scipy.optimize import brentq
 
 from gsfdi import replay as kernel
 from gsfdi.errors import UnusableInputError, nearest
 from gsfdi.model import JointModel, Plant, TermUse
-from gsfdi.motion import QUANTITIES, STATES, STIFFNESS, TIME, VALUE, WINDUP, Law, PhysicsTerm
-from gsfdi.registry import shelf
+from gsfdi.modelfile import terms
+from gsfdi.motion import QUANTITIES, STATES, TIME, Law, PhysicsTerm
 from gsfdi.types import Array
 
 LINEAR_PHASE = 0.5  # [rad] of the fastest mode per substep: the matrix exponential's series then holds to 1e-14
@@ -35,11 +34,6 @@ _SLOT = {
     "latency": kernel.LATENCY,
 }
 _FACTORS = ("motor_inertia", "output_inertia", "stiffness")
-
-
-def terms() -> dict[str, PhysicsTerm]:
-    """Every term of the shelf by its id."""
-    return shelf("gsfdi.terms", PhysicsTerm)
 
 
 def term_of(use: TermUse) -> PhysicsTerm:
@@ -163,30 +157,3 @@ def stack(packed: Sequence[Array]) -> Array:
     for row, array in zip(out, packed, strict=True):
         row[: array.size] = array
     return out
-
-
-def spring_inverse(model: JointModel, torque: float) -> float:
-    """Wind-up at which the spring passes on `torque`, whatever terms shape it."""
-    plant = plant_at(model, 0.0)
-    shaping = [use for use in model.physics if term_of(use).place in ("windup", "spring")]
-    if not shaping:
-        return torque / plant.stiffness
-    reach = abs(torque) / plant.stiffness + 0.1
-    passes = _spring(model, plant, shaping)
-    return float(brentq(lambda windup: passes(windup) - torque, -reach, reach, xtol=1e-12))
-
-
-def _spring(model: JointModel, plant: Plant, shaping: Sequence[TermUse]) -> Callable[[float], float]:
-    """Torque of the spring against wind-up at rest; terms with memory, whose past is unknown, are left out."""
-    m, s = np.zeros(QUANTITIES), np.zeros(STATES)
-    maps = [(term_of(use).law, values_of(use)) for use in shaping if term_of(use).place == "windup"]
-    adds = [(t.law, values_of(use)) for use in shaping if (t := term_of(use)).place == "spring" and not t.memory]
-
-    def passes(windup: float) -> float:
-        m[STIFFNESS], m[VALUE] = plant.stiffness, windup
-        for law, values in maps:
-            m[VALUE] = law(m, values, s)
-        m[WINDUP] = m[VALUE]
-        return float(plant.stiffness * m[WINDUP] + sum(law(m, values, s) for law, values in adds))
-
-    return passes

@@ -15,19 +15,23 @@ position and of motor speed (joint speed of a rigid joint). A trace holds what n
 recording holds is in ``drive.signals``, and ``drive_from(signals, model)`` drives a replay with signals of any origin.
 """
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from gsfdi import replay as kernel
 from gsfdi.channels import Axis
-from gsfdi.drive import Clock, Drive, Signals, Start, drive_from, drive_of
+from gsfdi.drive import Clock, Drive, drive_from, drive_of
 from gsfdi.errors import UnusableInputError, nearest
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import linear_name
-from gsfdi.packed import pack, spring_inverse, stack, term_of
+from gsfdi.packed import pack, stack, term_of
+from gsfdi.starting import Signals, Start, initial_state
 from gsfdi.telemetry import measured_effort, noisy, over_bus
 from gsfdi.training import training
 from gsfdi.types import Array, JointRecord
@@ -46,6 +50,7 @@ __all__ = [
     "simulate_record",
 ]
 
+LOG = logging.getLogger("gsfdi")
 Mode = Literal["closed_loop", "open_loop", "predict", "predict_controller"]
 EPOCH_NS = 1_767_225_600 * 10**9  # 2026-01-01: recordings that replay nothing begin at one fixed time
 _MODES: dict[str, int] = {
@@ -81,14 +86,6 @@ class Trace:
     motor_angle: Array
     state: Array
     innovation: Array
-
-
-def initial_state(model: JointModel, start: Start) -> Array:
-    """State (5,) of `model` that begins as `start` says."""
-    if model.structure == "rigid":
-        return np.array([start.angle, start.speed, 0.0, 0.0, start.integral])
-    windup = spring_inverse(model, start.spring_torque)
-    return np.array([start.angle - windup, start.motor_speed, windup, start.speed - start.motor_speed, start.integral])
 
 
 def replay(
@@ -177,12 +174,22 @@ def run(
 
     Every array goes in as numpy makes it by itself: a read-only or strided one would have the kernel compiled anew.
     """
+    announce_compilation()
     events = clock.events.shape[0]
     state = np.full((len(models), events, kernel.STATE_WIDTH), np.nan)
     shown = np.full((len(models), t.size, kernel.SHOWN_WIDTH), np.nan)
     kernel.run_many(packed, *clock, _MODES[mode], starts[:, None, :], gains, again, state, shown)
     at = slice(None) if events == t.size else clock.events[:, kernel.RECORD] >= 0
     return [trace(model, t, state[b][at], shown[b]) for b, model in enumerate(models)]
+
+
+@cache
+def announce_compilation() -> None:
+    """Say so, once, where the kernel is about to be compiled rather than loaded from numba's cache."""
+    source = Path(kernel.__file__)
+    saved = Path(kernel.run_many.stats.cache_path).glob(f"{source.stem}.run_many-*.nbi")
+    if not any(index.stat().st_mtime >= source.stat().st_mtime for index in saved):
+        LOG.warning("compiling the simulator, once after installation: some 10 s")
 
 
 def trace(model: JointModel, t: Array, state: Array, shown: Array) -> Trace:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gsfdi.channels import Axis
-from gsfdi.drive import Signals
+from gsfdi.starting import Signals
 from gsfdi.types import Array
 
 SPEED: dict[Axis, float] = {"rotary": 0.08, "linear": 0.1}  # fastest slew [rad/s, m/s]

@@ -13,9 +13,8 @@ from scipy.optimize import least_squares
 
 import gsfdi
 from gsfdi.model import JointModel, TermUse
-from gsfdi.modelfile import load_models
+from gsfdi.modelfile import load_models, terms
 from gsfdi.motion import DIRECTION, QUANTITIES, SPEED, STATES, STIFFNESS, VALUE, PhysicsTerm, linear_name
-from gsfdi.packed import terms
 from gsfdi.simulate import Drive, Start, drive_from, replay, replay_many
 from gsfdi.training import training
 from gsfdi.types import Array

@@ -1,0 +1,57 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
+from gsfdi.starting import Signals, Start, initial_state, start_of
+
+LAW = Controller(28.0, 4.0, 17.0, 100.0)
+NOISE = Sensors(position_noise=4e-6, motor_velocity_noise=2e-3)
+ERA = JointModel("era", "flexible", Plant(400.0, 0.0011, 260.6, 130000.0, 0.4, 0.6), controller=LAW, sensors=NOISE)
+
+
+def steady() -> Signals:
+    """A joint that starts in motion, with an integrator that already carries something."""
+    t = np.arange(200) / 100
+    position, speed = 0.3 + 0.05 * t, np.full(t.size, 0.05)
+    effort = LAW.proportional * 1e-3 + 0.07 + LAW.integral * 1e-3 * t
+    return Signals(t, position + 1e-3, speed, 0 * t, effort, position, 260.6 * speed, 0 * t + 20)
+
+
+def test_the_start_is_the_recordings_own() -> None:
+    start = start_of(steady(), ERA)
+    assert start.angle == pytest.approx(0.3, abs=1e-5)
+    assert start.speed == pytest.approx(0.05, abs=1e-4)
+    assert start.motor_speed == pytest.approx(0.05, abs=1e-4)
+    assert start.integral == pytest.approx(0.07)
+
+
+def test_it_works_without_speed_or_effort() -> None:
+    signals = steady()
+    blank = np.full(signals.t.size, np.nan)
+    start = start_of(signals._replace(velocity=blank), ERA)
+    assert start.angle == pytest.approx(0.3, abs=1e-4)
+    start = start_of(signals._replace(velocity=blank, effort=blank), replace(ERA, structure="rigid", controller=None))
+    assert start.speed == pytest.approx(0.05, abs=1e-6)
+    nothing = start_of(signals._replace(position=blank, velocity=blank), ERA)
+    assert nothing.angle == signals.setpoint[0]
+
+
+def test_masked_samples_do_not_count() -> None:
+    signals = steady()
+    holes = signals.position.copy()
+    holes[[0, 3, 4]] = np.nan
+    assert start_of(signals._replace(position=holes), ERA).angle == pytest.approx(0.3, abs=1e-5)
+
+
+def test_the_spring_is_wound_against_what_resists() -> None:
+    start = Start(0.3, 0.0, 0.0, -13.0 / 400.0, 0.0)
+    assert initial_state(ERA, start)[2] == pytest.approx(13.0 / 130000.0)
+    gap = replace(ERA, physics=(TermUse("backlash", {"half_width_rad": 1e-3}),))
+    assert initial_state(gap, start)[2] == pytest.approx(1e-3 + 13.0 / 130000.0)
+    stiff = replace(ERA, physics=(TermUse("stiffening", {"cubic_per_rad2": 1e8}),))
+    windup = initial_state(stiff, start)[2]
+    assert 130000.0 * windup * (1 + 1e8 * windup**2) == pytest.approx(13.0)
+    hanging = replace(ERA, physics=(TermUse("gravity_unbalance", {"torque_nm": 40.0, "angle_rad": 0.0}),))
+    assert initial_state(hanging, start)[2] == pytest.approx((13.0 - 40.0 * np.sin(0.3)) / 130000.0)
