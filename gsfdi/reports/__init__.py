@@ -1,7 +1,8 @@
 """One form of report per file; each ends in a frozen `REPORT`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from gsfdi.types import JointRecord, Problem, Verdict
 
@@ -24,6 +25,10 @@ class Analysis:
         The telemetry that each verdict speaks of, in the same order, for the plots; or none.
     problems : tuple of Problem
         What was damaged, cut short or left out.
+    ledgers : tuple of sequence of mapping
+        For each verdict, in the same order, the joint's ledger up to this batch, in rows of `gsfdi.prognosis`; or none.
+    limit : float
+        Share of a joint's capability at which its maintenance is due.
     """
 
     batch_path: str
@@ -34,11 +39,24 @@ class Analysis:
     verdicts: tuple[Verdict, ...]
     records: tuple[JointRecord, ...] = ()
     problems: tuple[Problem, ...] = ()
+    ledgers: tuple[Sequence[Mapping[str, Any]], ...] = ()
+    limit: float = 0.1
 
 
-def paired(analysis: Analysis) -> list[tuple[Verdict, JointRecord | None]]:
-    """Give each verdict with the telemetry that it speaks of."""
-    return list(zip(analysis.verdicts, analysis.records or [None] * len(analysis.verdicts), strict=True))
+class Judged(NamedTuple):
+    """A verdict with the telemetry that it speaks of and the joint's ledger, as far as they are there."""
+
+    verdict: Verdict
+    record: JointRecord | None
+    ledger: Sequence[Mapping[str, Any]]
+
+
+def judged(analysis: Analysis) -> list[Judged]:
+    """Give each verdict with what belongs to it."""
+    count = len(analysis.verdicts)
+    ledgers = analysis.ledgers or ((),) * count
+    rows = zip(analysis.verdicts, analysis.records or (None,) * count, ledgers, strict=True)
+    return [Judged(*row) for row in rows]
 
 
 def storable(text: str) -> str:

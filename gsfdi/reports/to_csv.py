@@ -4,7 +4,7 @@ import csv
 import io
 import json
 
-from gsfdi.reports import Analysis, Report, paired, storable
+from gsfdi.reports import Analysis, Report, judged, storable
 from gsfdi.reports.to_json import Json, joint_object
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
@@ -49,7 +49,7 @@ def cell(value: Json) -> str:
 def write(analysis: Analysis) -> str:
     """Write `analysis` as ``verdicts.csv``."""
     rows = []
-    for verdict, record in paired(analysis):
+    for verdict, record, _ in judged(analysis):
         joint = joint_object(verdict, record)
         del joint["findings"]
         rows.append(flat(joint))

@@ -5,9 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from gsfdi.reports import Analysis, Report, paired
+from gsfdi.reports import Analysis, Judged, Report, judged
 from gsfdi.reports.page import Figure, number, plotted, render, words
 from gsfdi.reports.quantities import quantity
+from gsfdi.reports.trend import trend_figures
 from gsfdi.reports.verdict_plots import by_weight, evidence_figures, signal_plots
 from gsfdi.types import Finding, JointRecord, Level, Verdict
 
@@ -48,19 +49,21 @@ class JointPart:
     quality: list[tuple[str, str]]
 
 
-def part(index: int, name: str, verdict: Verdict, record: JointRecord | None, columns: int) -> JointPart:
+def part(index: int, name: str, one: Judged, columns: int, limit: float) -> JointPart:
     """Gather what the page says of one joint; the plots of a quiet joint wait behind a click."""
+    verdict, record, ledger = one
+    trend = list(trend_figures(verdict, ledger, limit))
     plots = signal_plots(record, verdict.onset_s) if record is not None else {}
     signals = [plotted(plot, columns=columns) for plot in plots.values()]
-    shown = evidence_figures(verdict, columns) + signals[:TELLING]
+    shown = trend + evidence_figures(verdict, columns) + signals[:TELLING]
     quiet = verdict.verdict == "normal"
     return JointPart(
         anchor=f"joint-{index}",
         name=name,
         verdict=verdict,
         action=ACTIONS[verdict.action],
-        leading=[] if quiet else shown,
-        further=shown + signals[TELLING:] if quiet else signals[TELLING:],
+        leading=trend if quiet else shown,
+        further=shown[len(trend) :] + signals[TELLING:] if quiet else signals[TELLING:],
         findings=by_weight(verdict.findings),
         quality=quality_rows(record.quality if record is not None else {}),
     )
@@ -109,11 +112,13 @@ def listed(names: Sequence[str]) -> str:
     return " and ".join([*([", ".join(names[:-1])] if names[1:] else []), names[-1]])
 
 
-def joint_names(pairs: Sequence[tuple[Verdict, JointRecord | None]]) -> list[str]:
+def joint_names(joints: Sequence[Judged]) -> list[str]:
     """Name the joints, with their robots where there are several."""
-    robots = {record.robot for _, record in pairs if record is not None}
+    robots = {one.record.robot for one in joints if one.record is not None}
     several = len(robots) > 1
-    return [f"{record.robot} {verdict.joint}" if several and record else verdict.joint for verdict, record in pairs]
+    return [
+        f"{one.record.robot} {one.verdict.joint}" if several and one.record else one.verdict.joint for one in joints
+    ]
 
 
 def headline(verdicts: Sequence[Verdict], joints: Sequence[str]) -> str:
@@ -133,9 +138,9 @@ def headline(verdicts: Sequence[Verdict], joints: Sequence[str]) -> str:
 
 def write(analysis: Analysis) -> str:
     """Write `analysis` as one self-contained page."""
-    pairs = sorted(paired(analysis), key=lambda pair: WORST_FIRST.index(pair[0].verdict))
-    verdicts = [verdict for verdict, _ in pairs]
-    names = joint_names(pairs)
+    joints = sorted(judged(analysis), key=lambda one: WORST_FIRST.index(one.verdict.verdict))
+    verdicts = [one.verdict for one in joints]
+    names = joint_names(joints)
     # A page stays under 2 MB however many joints it shows: the more there are, the fewer points each curve keeps.
     columns = max(60, min(260, 4000 // max(len(verdicts), 1)))
     counts = Counter(verdict.verdict for verdict in verdicts)
@@ -144,7 +149,7 @@ def write(analysis: Analysis) -> str:
         {
             "headline": headline(verdicts, names),
             "tally": [(level, counts[level]) for level in WORST_FIRST if counts[level]],
-            "joints": [part(i, names[i], *pair, columns) for i, pair in enumerate(pairs)],
+            "joints": [part(i, names[i], one, columns, analysis.limit) for i, one in enumerate(joints)],
             "robots": ", ".join(sorted({record.robot for record in analysis.records if record.robot})),
             "recorded": recorded(analysis.records),
             "problems": analysis.problems,

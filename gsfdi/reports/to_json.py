@@ -7,7 +7,7 @@ from datetime import date, datetime
 
 import numpy as np
 
-from gsfdi.reports import Analysis, Report, paired, storable
+from gsfdi.reports import Analysis, Report, judged, storable
 from gsfdi.types import JointRecord, Verdict
 
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
@@ -74,7 +74,7 @@ def write(analysis: Analysis) -> str:
         "made": analysis.made,
         "batch": {"path": analysis.batch_path, "sha256": analysis.batch_sha256},
         "baseline": {"name": analysis.baseline_name, "sha256": analysis.baseline_sha256},
-        "joints": [joint_object(verdict, record) for verdict, record in paired(analysis)],
+        "joints": [joint_object(verdict, record) for verdict, record, _ in judged(analysis)],
         "problems": [
             {"path": problem.path, "kind": problem.kind, "what": problem.what, "mend": problem.mend}
             for problem in analysis.problems

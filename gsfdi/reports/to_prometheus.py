@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from typing import get_args
 
-from gsfdi.reports import Analysis, Report, paired, storable
+from gsfdi.reports import Analysis, Report, judged, storable
 from gsfdi.types import JointRecord, Level, Verdict
 
 
@@ -29,19 +29,19 @@ def gauges(analysis: Analysis) -> Iterator[str]:
     """Give the lines of the file."""
     yield "# HELP gsfdi_joint_verdict Whether this is the joint's verdict."
     yield "# TYPE gsfdi_joint_verdict gauge"
-    for verdict, record in paired(analysis):
+    for verdict, record, _ in judged(analysis):
         for level in get_args(Level):
             names = f"{joint_label(verdict, record)},verdict={label(level)}"
             yield f"gsfdi_joint_verdict{{{names}}} {verdict.verdict == level:d}"
     yield "# HELP gsfdi_joint_fault_probability Probability of the fault that is named."
     yield "# TYPE gsfdi_joint_fault_probability gauge"
-    for verdict, record in paired(analysis):
+    for verdict, record, _ in judged(analysis):
         if verdict.fault is not None and verdict.fault_probability is not None:
             names = f"{joint_label(verdict, record)},fault={label(verdict.fault)}"
             yield f"gsfdi_joint_fault_probability{{{names}}} {verdict.fault_probability:.6g}"
     yield "# HELP gsfdi_joint_due_timestamp_seconds When maintenance is due."
     yield "# TYPE gsfdi_joint_due_timestamp_seconds gauge"
-    for verdict, record in paired(analysis):
+    for verdict, record, _ in judged(analysis):
         if verdict.due.when:
             yield f"gsfdi_joint_due_timestamp_seconds{{{joint_label(verdict, record)}}} {seconds(verdict.due.when):.0f}"
     yield "# HELP gsfdi_batch_problems Inputs that were damaged, cut short or left out."

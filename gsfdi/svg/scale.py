@@ -43,7 +43,7 @@ def extent(*arrays: Array) -> tuple[float, float]:
         return 0.0, 1.0
     low, high = float(min(array.min() for array in kept)), float(max(array.max() for array in kept))
     if high - low <= 1e-12 * max(abs(low), abs(high)):
-        half = max(abs(low) * 0.05, 1e-9)
+        half = abs(low) * 0.05 or 1.0
         return low - half, high + half
     return low, high
 
@@ -93,6 +93,8 @@ def tick_labels(values: list[float]) -> list[str]:
     step = values[1] - values[0]
     if max(abs(value) for value in values) >= 1e6:
         return [f"{value:.3g}" for value in values]
+    if step < 1e-6:
+        return [f"{value:.2g}".replace("-", "−") for value in values]
     places = next((n for n in range(12) if abs(step * 10**n - round(step * 10**n)) < 1e-6 * step * 10**n), 12)
     return ["0" if value == 0 else f"{value:.{places}f}".replace("-", "−") for value in values]
 
