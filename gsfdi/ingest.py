@@ -5,7 +5,7 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Map
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -170,7 +170,7 @@ def summary(records: Iterable[JointRecord]) -> list[dict[str, object]]:
     return [rows[key] for key in sorted(rows)]
 
 
-def _add_counts(total: dict[str, float], counts: Map[str, float]) -> None:
+def _add_counts(total: dict[str, float], counts: Map[str, float] | Map[str, int]) -> None:
     for kind, count in counts.items():
         if count:
             total[kind] = total.get(kind, 0.0) + count
@@ -179,74 +179,102 @@ def _add_counts(total: dict[str, float], counts: Map[str, float]) -> None:
 _CLOCK = ("samples", "span_s", "rate_hz", "gaps", "longest_gap_s")
 
 
-@dataclass(slots=True)
-class _Held:
-    """Blocks of a file that have been read but not yet handed on."""
-
-    blocks: dict[tuple[str, str], list[tuple[str, Stamps, dict[Key, Array]]]]
-    faults: dict[str, int]
-    size: int = 0
-
-
 def _file(path: Path, mappings: Sequence[Mapping], joints: Sequence[str], piece: int | None) -> Iterator[Batch]:
     """Pieces of one file; a file that cannot be used is a batch of one problem."""
     problems: list[Problem] = []
-    any_records = False
     try:
         reader = _reader(path)
         if reader is None:
             raise UnusableInputError(path, _unknown(path), "give MCAP, Parquet or CSV")
-        sha256 = _sha256(path)
-        ends: dict[tuple[str, str], int] = {}
-        held = _Held(defaultdict(list), {})
+        held = _Held(path, _sha256(path), joints)
         for item in reader.read(path, mappings):
             if isinstance(item, Problem):
                 problems.append(item)
                 continue
-            _hold(held, item, joints)
+            held.add(item)
             if piece is not None and held.size >= piece:
-                records, strays = _without_strays(_records(held, ends, str(path), sha256), str(path))
-                problems += strays
-                any_records |= bool(records)
-                yield Batch(tuple(records))
-                held = _Held(defaultdict(list), {})
-        records = _records(held, ends, str(path), sha256)
-        records, strays = _without_strays(records, str(path))
-        problems += strays
-        any_records |= bool(records)
-        if not any_records and not any(p.kind == "unusable" for p in problems):
-            wanted = f" of {', '.join(joints)}" if joints else ""
-            problems.append(
-                Problem(str(path), f"holds no joint telemetry{wanted}", "see what it holds with --dry-run", "left_out")
-            )
-        problems += _timing(records, path)
-        yield Batch(tuple(records), tuple(problems))
+                yield Batch(held.records())
+        last = held.records()
+        yield Batch(last, (*problems, *held.problems()))
     except GsfdiError as error:
         yield Batch((), (*problems, Problem(str(path), error.what, error.mend, "unusable")))
     except OSError as error:
         yield Batch((), (*problems, Problem(str(path), f"cannot be read: {error.strerror or error}", "", "unusable")))
 
 
-def _hold(held: _Held, item: Columns, joints: Sequence[str]) -> None:
-    by_joint: dict[tuple[str, str], dict[Key, Array]] = defaultdict(dict)
-    for key, values in item.values.items():
-        if not joints or key.joint in joints:
-            by_joint[key.robot, key.joint][key] = values
-            held.size += len(values)
-    for joint, columns in by_joint.items():
-        held.blocks[joint].append((item.origin, item.time_ns, columns))
-    for kind, count in item.faults.items():
-        held.faults[kind] = held.faults.get(kind, 0) + count
+_Blocks = list[tuple[str, Stamps, dict[Key, Array]]]
+"""Origin, clock and columns, as they came."""
 
 
-def _records(held: _Held, ends: dict[tuple[str, str], int], source: str, sha256: str) -> list[JointRecord]:
-    records = []
-    for (robot, joint), blocks in held.blocks.items():
-        record = _record(robot, joint, blocks, ends.get((robot, joint)), held.faults, source, sha256)
-        if record is not None:
-            ends[robot, joint] = record.t0_ns + round(float(record.t[-1]) * 1e9)
-            records.append(record)
-    return records
+class _Held:
+    """What was read of a file and not yet handed on, and what is to be told of it at its end."""
+
+    def __init__(self, path: Path, sha256: str, joints: Sequence[str]) -> None:
+        self.path, self.sha256, self.joints = path, sha256, joints
+        self.blocks: dict[tuple[str, str], _Blocks] = defaultdict(list)
+        self.faults: dict[str, float] = {}
+        self.size = 0
+        self.ends: dict[tuple[str, str], int] = {}
+        self.strays: dict[str, None] = {}
+        self.lost: dict[str, float] = {}
+
+    def add(self, item: Columns) -> None:
+        """Take a block in."""
+        by_joint: dict[tuple[str, str], dict[Key, Array]] = defaultdict(dict)
+        for key, values in item.values.items():
+            if not self.joints or key.joint in self.joints:
+                by_joint[key.robot, key.joint][key] = values
+                self.size += len(values)
+        for joint, columns in by_joint.items():
+            self.blocks[joint].append((item.origin, item.time_ns, columns))
+        _add_counts(self.faults, item.faults)
+
+    def records(self) -> tuple[JointRecord, ...]:
+        """Hand on what is held as records.
+
+        A joint that turns up a few times where others do hundreds of times is one flipped bit in a name: left out.
+        """
+        made = [
+            record
+            for (robot, joint), blocks in self.blocks.items()
+            if (record := _record(robot, joint, blocks, self.ends.get((robot, joint)), self.faults))
+        ]
+        longest = max((len(record.t) for record in made), default=0)
+        kept = []
+        for record in made:
+            name = (record.robot, record.joint)
+            if name not in self.ends and len(record.t) <= min(STRAY, 0.01 * longest):
+                self.strays[record.joint] = None
+                continue
+            self.ends[name] = record.t0_ns + round(float(record.t[-1]) * 1e9)
+            kept.append(replace(record, source=str(self.path), sha256=self.sha256))
+        self._note(kept)
+        self.blocks.clear()
+        self.faults.clear()
+        self.size = 0
+        return tuple(kept)
+
+    def _note(self, records: Sequence[JointRecord]) -> None:
+        """Count what was left out of these records for its time or form, as the joint that lost most has it."""
+        worst: dict[str, float] = {}
+        for record in records:
+            for kind, count in record.quality["time"].items():
+                if kind not in (*_CLOCK, "corrupt_row") and not kind.startswith("stale"):
+                    worst[kind] = max(worst.get(kind, 0.0), count)
+        _add_counts(self.lost, worst)
+
+    def problems(self) -> Iterator[Problem]:
+        """What is to be told of the whole file."""
+        source = str(self.path)
+        if not self.ends:
+            wanted = f" of {', '.join(self.joints)}" if self.joints else ""
+            yield Problem(source, f"holds no joint telemetry{wanted}", "see what it holds with --dry-run", "left_out")
+        for joint in self.strays:
+            what = f"is damaged: it names a joint {joint!r} in {STRAY} messages at most; they were left out"
+            yield Problem(source, what, "fetch the file again")
+        if self.lost:
+            told = ", ".join(f"{int(count)} {kind}" for kind, count in sorted(self.lost.items()))
+            yield Problem(source, f"rows whose time or form cannot be believed were left out: {told}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,11 +290,9 @@ class _Series:
 def _record(
     robot: str,
     joint: str,
-    blocks: list[tuple[str, Stamps, dict[Key, Array]]],
+    blocks: _Blocks,
     after: int | None,
-    faults: dict[str, int],
-    source: str,
-    sha256: str,
+    faults: Map[str, float],
 ) -> JointRecord | None:
     axis = next(iter(blocks[0][2])).axis
     series = [
@@ -291,8 +317,8 @@ def _record(
     t0 = int(base.time_ns[0])
     t: Array = (base.time_ns - t0) * np.float64(1e-9)
     valid, told = quality.judge(t, channels, axis)
-    told["time"] |= counts | {kind: float(count) for kind, count in faults.items() if count}
-    return JointRecord(robot, joint, t0, t, channels, axis, valid, source, sha256, told)
+    told["time"] |= counts | dict(faults)
+    return JointRecord(robot, joint, t0, t, channels, axis, valid, quality=told)
 
 
 def _infinite(values: Array) -> bool:
@@ -304,7 +330,7 @@ def _worth(series: _Series) -> tuple[int, int]:
     return first, series.rank.get(_BASES[first], 0) if first < len(_BASES) else 0
 
 
-def _series(blocks: list[tuple[str, Stamps, dict[Key, Array]]], origin: str, after: int | None) -> _Series | None:
+def _series(blocks: _Blocks, origin: str, after: int | None) -> _Series | None:
     own = [(time_ns, columns) for name, time_ns, columns in blocks if name == origin]
     time_ns = np.concatenate([block for block, _ in own])
     timed = quality.believable_times(time_ns, after)
@@ -334,31 +360,6 @@ def _carried(base_ns: Stamps, time_ns: Stamps, values: Array) -> tuple[Array, in
     at = np.maximum(at, 0)
     old = there & (base_ns - time_ns[at] > STALE * max(spacings, default=0.0))
     return np.where(there & ~old, values[at], np.nan), int(old.sum())
-
-
-def _without_strays(records: list[JointRecord], source: str) -> tuple[list[JointRecord], list[Problem]]:
-    """Leave out joints seen a few times in a long file: one flipped bit in a name makes a new joint."""
-    longest = max((len(record.t) for record in records), default=0)
-    strays = [record for record in records if len(record.t) <= min(STRAY, 0.01 * longest)]
-    told = [
-        Problem(
-            source, f"is damaged: it names a joint {joint!r} in {STRAY} messages at most; left out", "fetch it again"
-        )
-        for joint in sorted({record.joint for record in strays})
-    ]
-    kept = [record for record in records if not any(record is stray for stray in strays)]
-    return kept, told
-
-
-def _timing(records: list[JointRecord], path: Path) -> list[Problem]:
-    """Problems of the clock, once per file."""
-    worst: dict[str, float] = {}
-    for record in records:
-        for kind, count in record.quality["time"].items():
-            if kind not in (*_CLOCK, "corrupt_row") and not kind.startswith("stale"):
-                worst[kind] = max(worst.get(kind, 0.0), count)
-    told = ", ".join(f"{int(count)} {kind}" for kind, count in sorted(worst.items()))
-    return [Problem(str(path), f"rows whose time or form cannot be believed were left out: {told}")] if told else []
 
 
 def _reader(path: Path) -> Reader | None:
