@@ -31,7 +31,7 @@ from gsfdi.errors import UnusableInputError, nearest
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import linear_name
 from gsfdi.packed import pack, stack, term_of
-from gsfdi.starting import Signals, Start, initial_state
+from gsfdi.starting import Signals, Start, initial_state, resistance
 from gsfdi.telemetry import measured_effort, noisy, over_bus
 from gsfdi.training import training
 from gsfdi.types import Array, JointRecord
@@ -241,6 +241,9 @@ def simulate_record(
     else:
         signals = training(model.axis, model.controller.sample_rate, duration, seed)
         at_rest = Start(float(signals.setpoint[0]), 0.0, 0.0, 0.0, 0.0)
+        if model.controller.integral > 0:  # which has long found the effort that holds the joint
+            holding = resistance(model, at_rest) / (model.plant.gear_ratio * model.plant.torque_constant)
+            at_rest = at_rest._replace(integral=holding)
         drive = drive_from(signals, model, at_rest)
     require([faulty], drive, mode)
     clock, start = noisy(drive.clock, model.sensors, seed), initial_state(faulty, drive.start)

@@ -182,7 +182,7 @@ def test_physics_matches_integration_with_events(name: str) -> None:
     states, efforts = closed_loop(oracle, ERA.controller, r, rate, 0.01)
     errors = []
     for finer in (1, 4):
-        trace = replay(with_terms(*uses), commanded(t, r, ERA), finer=finer)
+        trace = replay(with_terms(*uses), commanded(t, r, ERA), x0=np.zeros(5), finer=finer)
         for got, true in ((trace.effort, efforts), (trace.position, states[:, 0] + states[:, 2])):
             assert np.max(np.abs(got - true)) < tolerance / finer * np.max(np.abs(true))
         errors.append(np.sqrt(np.mean((trace.effort - efforts) ** 2)))
