@@ -1,0 +1,227 @@
+"""Fits a joint's model to recordings by replaying it: knobs to turn, a noise model, and damped least squares.
+
+The misfit is the sequence of white innovations (see `gsfdi.whiten`) of the model run as an observer beside the
+recordings. It needs no controller, forgets its initial state, and under feedback it is what maximum likelihood asks for;
+a fit on positions alone would see nothing, for the controller hides there whatever the model lacks.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsfdi.model import JointModel
+from gsfdi.types import Array
+
+
+START = -2
+
+
+@dataclass(frozen=True, slots=True)
+class Started(JointModel):
+    """A model with the wind-up that each stretch begins with, beyond what balances the first effort [rad].
+
+    No sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter.
+    """
+
+    windups: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Knob:
+    """One number of a model that a fit may turn.
+
+    Parameters
+    ----------
+    place : int
+        Index of the term in the model's physics; -1 for a number of the linear plant, -2 for the wind-up with which a
+        stretch of a :class:`Started` model begins.
+    name : str
+        Field of the plant, or parameter of the term.
+    scale : float
+        A change of this size matters: the unit in which the fit counts.
+    low, high : float
+        Bounds.
+    prior : float or None
+        What is believed before the data, with standard deviation `doubt`; None believes nothing.
+    """
+
+    place: int
+    name: str
+    scale: float
+    low: float = -np.inf
+    high: float = np.inf
+    prior: float | None = None
+    doubt: float = np.inf
+
+    def read(self, model: JointModel) -> float:
+        """Read the knob's value off `model`."""
+        if self.place == START:
+            return float(model.windups[int(self.name)]) if isinstance(model, Started) else 0.0
+        if self.place < 0:
+            return float(getattr(model.plant, self.name))
+        use = model.physics[self.place]
+        if self.name == "onset":
+            return float(use.onset or 0.0)
+        return float(use.values[self.name])
+
+    def turn(self, model: JointModel, value: float) -> JointModel:
+        """Give `model` with this knob at `value`, kept within its bounds."""
+        value = float(min(max(value, self.low), self.high))
+        if self.place == START and isinstance(model, Started):
+            row = int(self.name)
+            return replace(model, windups=(*model.windups[:row], value, *model.windups[row + 1 :]))
+        if self.place < 0:
+            return replace(model, plant=replace(model.plant, **{self.name: value}))
+        use = model.physics[self.place]
+        if self.name == "onset":
+            new = replace(use, onset=value)
+        else:
+            new = replace(use, values={**use.values, self.name: value})
+        return replace(model, physics=(*model.physics[: self.place], new, *model.physics[self.place + 1 :]))
+
+
+def turned(model: JointModel, knobs: Sequence[Knob], values: Sequence[float]) -> JointModel:
+    """`model` with every knob at its value."""
+    for knob, value in zip(knobs, values, strict=True):
+        model = knob.turn(model, value)
+    return model
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A model fitted by its knobs.
+
+    Parameters
+    ----------
+    model : JointModel
+    knobs : tuple of Knob
+    values : (k,) array
+        Where the knobs ended.
+    cost : float
+        Half the sum of squares of the white innovations, priors included.
+    residual : (n,) array
+        White innovations at the end.
+    jacobian : (n, k) array
+        Their slope against each knob, per unit of its scale.
+    """
+
+    model: JointModel
+    knobs: tuple[Knob, ...]
+    values: Array
+    cost: float
+    residual: Array
+    jacobian: Array
+
+
+Misfit = Callable[[Sequence[JointModel]], Array]
+"""Models in, white innovations ``(m, n)`` out; a model that cannot be replayed gives NaN or infinite rows."""
+
+
+def levenberg(
+    misfit: Misfit,
+    model: JointModel,
+    knobs: Sequence[Knob],
+    rounds: int = 8,
+    tolerance: float = 0.05,
+    known: Array | None = None,
+) -> Fitted:
+    """Fit `knobs` by Levenberg-Marquardt with slopes from differences of replays.
+
+    Parameters
+    ----------
+    misfit : callable
+    model : JointModel
+        Where the knobs start.
+    knobs : sequence of Knob
+    rounds : int
+        Most steps taken.
+    tolerance : float
+        Ends when a step gains less than this much of the log-likelihood.
+    known : (n, j) array, optional
+        Slopes of the first j knobs from a fit nearby, good enough to save their replays.
+    """
+    knobs = tuple(knobs)
+    scale = np.array([knob.scale for knob in knobs])
+    low, high = np.array([[k.low, k.high] for k in knobs]).reshape(-1, 2).T
+    values = np.clip([knob.read(model) for knob in knobs], low, high)
+    residual = misfit([turned(model, knobs, values)])[0]
+    cost = _cost(residual, knobs, values)
+    damping, jacobian = 1e-3, np.zeros((len(residual), len(knobs)))
+    for _ in range(rounds if knobs else 0):
+        jacobian = slopes(misfit, model, knobs, values, residual, known)
+        H, g = _normal(jacobian, residual, knobs, values)
+        gained = 0.0
+        for _ in range(5):
+            free = ~(((values <= low) & (g > 0)) | ((values >= high) & (g < 0)))
+            step = np.zeros(len(knobs))
+            part = H[np.ix_(free, free)]
+            step[free] = np.linalg.lstsq(part + damping * np.diag(np.diag(part) + 1e-12), -g[free], rcond=None)[0]
+            trial = np.clip(values + step * scale, low, high)
+            left = misfit([turned(model, knobs, trial)])[0]
+            new = _cost(left, knobs, trial)
+            if np.isfinite(new) and new < cost:
+                gained, values, residual, cost = cost - new, trial, left, new
+                damping = max(damping / 10, 1e-9)
+                break
+            damping *= 10
+        if gained < tolerance:
+            break
+    return Fitted(turned(model, knobs, values), knobs, values, cost, residual, jacobian)
+
+
+def slopes(
+    misfit: Misfit, model: JointModel, knobs: Sequence[Knob], values: Array, residual: Array, known: Array | None = None
+) -> Array:
+    """Slope ``(n, k)`` of the white innovations against each knob, per unit of its scale."""
+    trials, steps = [], []
+    given = np.zeros((len(residual), 0)) if known is None else known
+    for i, knob in enumerate(knobs[given.shape[1] :], start=given.shape[1]):
+        size = 1e-2 * knob.scale
+        size = -size if values[i] + size > knob.high else size
+        moved = values.copy()
+        moved[i] += size
+        trials.append(turned(model, knobs, moved))
+        steps.append(size / knob.scale)
+    if not trials:
+        return given
+    slope: Array = ((misfit(trials) - residual) / np.array(steps)[:, None]).T
+    return np.hstack([given, np.where(np.isfinite(slope), slope, 0.0)])
+
+
+def _prior(knobs: Sequence[Knob], values: Array) -> tuple[Array, Array]:
+    """Prior residual and its slope per unit of scale, by knob."""
+    off = np.array([0.0 if k.prior is None else (v - k.prior) / k.doubt for k, v in zip(knobs, values, strict=True)])
+    slope = np.array([0.0 if k.prior is None else k.scale / k.doubt for k in knobs])
+    return off, slope
+
+
+def _cost(residual: Array, knobs: Sequence[Knob], values: Array) -> float:
+    return float(0.5 * residual @ residual + 0.5 * np.sum(_prior(knobs, values)[0] ** 2))
+
+
+def _normal(jacobian: Array, residual: Array, knobs: Sequence[Knob], values: Array) -> tuple[Array, Array]:
+    off, slope = _prior(knobs, values)
+    return jacobian.T @ jacobian + np.diag(slope**2), jacobian.T @ residual + slope * off
+
+
+def covariance(fitted: Fitted, blocks: Array) -> Array:
+    """Covariance ``(k, k)`` of the fitted knobs that holds although innovations are not quite white (sandwich by blocks).
+
+    Parameters
+    ----------
+    blocks : (n,) int array
+        Block of time that each innovation belongs to.
+    """
+    J, r, scale = fitted.jacobian, fitted.residual, np.array([knob.scale for knob in fitted.knobs])
+    slope = _prior(fitted.knobs, fitted.values)[1]
+    bread = np.linalg.pinv(J.T @ J + np.diag(slope**2), rcond=1e-12, hermitian=True)
+    pieces = np.zeros((int(blocks.max()) + 1, J.shape[1]))
+    np.add.at(pieces, blocks, J * r[:, None])
+    pieces -= pieces.mean(axis=0)
+    n, k = len(pieces), J.shape[1]
+    meat = pieces.T @ pieces * n / max(1, n - k - 1) + np.diag(slope**2)
+    robust = bread @ meat @ bread
+    larger = np.maximum(1.0, np.sqrt(np.diag(bread) / np.maximum(np.diag(robust), 1e-300)))
+    spread: Array = robust * np.outer(larger, larger) * np.outer(scale, scale)
+    return spread

@@ -1,0 +1,161 @@
+"""Terms of physics compete for what the model in hand leaves unexplained.
+
+Every offer's signature is the change of the white innovations when the term is switched on in a replay. A linear
+regression on signature and plant together says how much of the log-likelihood the term could gain, from the start or from
+an onset on. The best are then refitted by replay, all numbers at once, and the winner joins the model if its gain beats
+what chance would give the luckiest of all offers on this very motion.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsfdi.fit import Fitted, levenberg
+from gsfdi.model import JointModel
+from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile.bench import Bench, effort_floor
+from gsfdi.reconcile.calibrate import luckiest
+from gsfdi.reconcile.hand import Round, lay_out, plant_knobs, settle, start_knobs, started
+from gsfdi.reconcile.offer import Offer, offers
+from gsfdi.reconcile.screen import ONSET_COST, Entry, refit, screen
+from gsfdi.reconcile.waves import worthy_orders
+from gsfdi.types import Array
+
+FINALISTS = 6
+SURE = 0.995
+"""Share of null draws whose luckiest offer a winner must beat."""
+KNOB_COST = 4.0
+"""Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""
+ELSEWHERE = ("quantisation", "current_limit", "timestamp_latency")
+"""Terms that show in the controller's law or in the values themselves, not in the mechanics."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contest:
+    """One round as it went: who competed, who won, and what chance would have given the luckiest."""
+
+    entries: tuple[Entry, ...]
+    winner: Entry | None
+    luck: Array
+
+
+def compete(
+    stand: Bench, model: JointModel, shelf_terms: Mapping[str, PhysicsTerm], most: int = 3
+) -> tuple[Round, Round, list[Contest]]:
+    """Let terms join the model until chance explains the best of what is left.
+
+    Returns
+    -------
+    Round
+        Parameters only.
+    Round
+        The model with every term that won.
+    list of Contest
+    """
+    floor = effort_floor(stand)
+    knobs = [*plant_knobs(model, stand.records[0].effort), *start_knobs(stand)]
+    first = hand = settle(stand, started(model, len(stand.records)), knobs, floor)
+    contests: list[Contest] = []
+    while True:
+        contest = contend(hand, shelf_terms)
+        contests.append(contest)
+        if contest.winner is None or len(contests) > most:
+            return first, hand, contests
+        fitted = contest.winner.fitted
+        assert fitted is not None
+        hand = simplified(settle(stand, fitted.model, fitted.knobs, floor), len(model.physics))
+
+
+def simplified(hand: Round, given: int) -> Round:
+    """Take out, one after another, terms and onsets that the others have made needless.
+
+    Parameters
+    ----------
+    given : int
+        Terms of the nominal model, which stay.
+    """
+    while True:
+        trials = [(without(hand, place), _price(hand, place)) for place in range(given, len(hand.fitted.model.physics))]
+        trials += [
+            (always(hand, place), 2 * KNOB_COST)
+            for place in range(given, len(hand.fitted.model.physics))
+            if _sets_in(hand, place)
+        ]
+        kept = [(fitted.cost - hand.fitted.cost - price, fitted) for fitted, price in trials]
+        if len(hand.fitted.model.physics) - given < 2:
+            kept = kept[1:]
+        if not kept:
+            return hand
+        worth, fitted = min(kept, key=lambda pair: pair[0])
+        if worth > 0:
+            return hand
+        hand = replace(lay_out(hand.stand, hand.tools, fitted), torque=hand.torque)
+
+
+def _price(hand: Round, place: int) -> float:
+    use = hand.fitted.model.physics[place]
+    return KNOB_COST * (len(use.values) + (2 if use.onset is not None else 0)) + 3.0
+
+
+def _sets_in(hand: Round, place: int) -> bool:
+    return hand.fitted.model.physics[place].onset is not None
+
+
+def without(hand: Round, place: int) -> Fitted:
+    """Refit the model in hand without the term at `place`."""
+    fitted = hand.fitted
+    model = replace(fitted.model, physics=(*fitted.model.physics[:place], *fitted.model.physics[place + 1 :]))
+    keep = [i for i, k in enumerate(fitted.knobs) if k.place != place]
+    knobs = [replace(fitted.knobs[i], place=fitted.knobs[i].place - (fitted.knobs[i].place > place)) for i in keep]
+    return levenberg(hand.misfit, model, knobs, 3, known=fitted.jacobian[:, keep])
+
+
+def always(hand: Round, place: int) -> Fitted:
+    """Refit the model in hand with the term at `place` there from the start."""
+    fitted = hand.fitted
+    use = replace(fitted.model.physics[place], onset=None)
+    model = replace(fitted.model, physics=(*fitted.model.physics[:place], use, *fitted.model.physics[place + 1 :]))
+    return levenberg(hand.misfit, model, fitted.knobs, 4)
+
+
+def contend(hand: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> Contest:
+    """Hold one round: screen every offer, refit the finalists, and test the winner against luck."""
+    candidates = all_offers(hand, shelf_terms)
+    screening = screen(hand, candidates)
+    finalists = [refit(hand, entry) for entry in distinct(screening.entries, FINALISTS)]
+    ranked = sorted(finalists, key=merit, reverse=True)
+    if not ranked or ranked[0].fitted is None:
+        return Contest(tuple(screening.entries), None, np.zeros(1))
+    luck = luckiest(screening.bare, screening.information, ranked[0].fitted.residual, hand.stand.blocks())
+    bar = float(np.quantile(luck, SURE)) + (ONSET_COST if ranked[0].onset is not None else 0.0)
+    won = merit(ranked[0]) > bar
+    return Contest((*ranked, *screening.entries), ranked[0] if won else None, luck)
+
+
+def merit(entry: Entry) -> float:
+    """Gain in log-likelihood less what its numbers cost."""
+    count = len(entry.offer.columns[0]) + (2 if entry.onset is not None else 0)
+    return entry.gain - KNOB_COST * count if np.isfinite(entry.gain) else -np.inf
+
+
+def distinct(entries: Sequence[Entry], most: int) -> list[Entry]:
+    """The best entry of each term and side."""
+    seen: dict[tuple[str, str | None], Entry] = {}
+    for entry in entries:
+        seen.setdefault((entry.offer.term, entry.offer.side), entry)
+    return list(seen.values())[:most]
+
+
+def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> list[Offer]:
+    """Every offer of every term that could act in this joint and show beside its recorded effort."""
+    stand = hand.stand
+    orders = worthy_orders(hand)
+    found = [
+        offer
+        for term in shelf_terms.values()
+        if stand.model.structure in term.structures and term.name not in ELSEWHERE
+        for offer in offers(term, stand.scales, orders)
+    ]
+    rigid = stand.model.structure == "rigid"
+    return [replace(o, side=None) if rigid else o for o in found if not rigid or o.side != "motor"]

@@ -1,0 +1,95 @@
+"""What is settled before physics is blamed: the controller's law, the clock, and the resolution of the values."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsfdi.model import JointModel, TermUse
+from gsfdi.reconcile.bench import Bench, bench, grain_of
+from gsfdi.reconcile.law import LawCheck, LawFinding, check_law
+from gsfdi.types import JointRecord
+
+
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """Records and model with what was found put right.
+
+    Parameters
+    ----------
+    stand : Bench
+        Set up for the records and the model below.
+    model : JointModel
+        With the faults of effort sensor, limit and gains in it; their terms come after the nominal's own.
+    law : LawCheck or None
+    coarse : LawFinding or None
+        A position sensor coarser than its model says.
+    """
+
+    stand: Bench
+    model: JointModel
+    law: LawCheck | None
+    coarse: LawFinding | None
+
+
+def settle_contract(records: Sequence[JointRecord], model: JointModel, without: Sequence[str]) -> Settled:
+    """Check the law and the values, and set up the bench with what they say."""
+    stand = bench(records, model)
+    law = check_law(stand.records, model)
+    if law is not None:
+        law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
+    coarse = None if "quantisation" in without else coarseness(stand)
+    new = model
+    for finding in law.findings if law is not None else ():
+        new = corrected(new, finding)
+    late = sum(f.values["delay_s"] for f in law.findings if f.term == "timestamp_latency") if law is not None else 0.0
+    if late > 0:
+        records = [advanced(record, late) for record in records]
+    if late > 0 or new is not model or coarse is not None:
+        if coarse is not None:
+            new = replace(new, sensors=replace(new.sensors, position_resolution=coarse.values["step_rad"]))
+        stand = bench(records, new)
+    return Settled(stand, new, law, coarse)
+
+
+def corrected(model: JointModel, finding: LawFinding) -> JointModel:
+    """Put what the law check found into `model`; a late stamp is put right in the records instead."""
+    if finding.term.startswith("controller_"):
+        assert model.controller is not None
+        name = finding.term.removeprefix("controller_")
+        value = getattr(model.controller, name) * finding.values["ratio"]
+        return replace(model, controller=replace(model.controller, **{name: value}))
+    if finding.term == "timestamp_latency":
+        return model
+    return replace(model, physics=(*model.physics, TermUse(finding.term, dict(finding.values), None, finding.onset)))
+
+
+def advanced(record: JointRecord, late: float) -> JointRecord:
+    """Give a record whose measurements are moved to where they belong, `late` [s] before their stamp."""
+    keep = record.t + late <= record.t[-1]
+    t = record.t[keep]
+    channels = {}
+    for name in record.channels:
+        values = record[name]
+        if name in ("position", "motor_velocity", "joint_velocity"):
+            good = np.isfinite(values)
+            near = np.interp(t + late, record.t, good.astype(float)) > 0.99
+            channels[name] = (
+                np.where(near, np.interp(t + late, record.t[good], values[good]), np.nan)
+                if good.any()
+                else values[keep]
+            )
+        else:
+            channels[name] = values[keep]
+    return replace(record, t=t, channels=channels, valid={})
+
+
+def coarseness(stand: Bench) -> LawFinding | None:
+    """Find a position sensor whose values keep to a grid coarser than the model's resolution."""
+    stated = max(stand.model.sensors.position_resolution, 1e-12)
+    if stand.model.sensors.position_resolution <= 0:
+        return None
+    grain = max(grain_of(record["position"]) for record in stand.records)
+    if grain < 1.5 * stated:
+        return None
+    return LawFinding("quantisation", {"step_rad": grain}, None, 1e3, 1.0, 0.01 * grain)

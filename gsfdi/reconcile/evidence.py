@@ -1,0 +1,152 @@
+"""Arrays for the page: overlays on held-out time, residual maps before and after, and the ranking of hypotheses."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gsfdi.channels import CHANNELS
+from gsfdi.model import JointModel
+from gsfdi.reconcile import locate
+from gsfdi.reconcile.say import experiment
+from gsfdi.reconcile.verify import free_run
+from gsfdi.types import Array
+
+if TYPE_CHECKING:
+    from gsfdi.reconcile.run import _Case
+
+CELLS = 24
+PROFILE = 40
+
+
+def evidence_of(
+    case: "_Case", model: JointModel, before: Sequence[Array], after: Sequence[Array], groups: Sequence[Sequence[str]]
+) -> dict[str, Any]:
+    """Gather everything that the page draws."""
+    return {
+        "overlays": overlays(case, model),
+        "profiles": profiles(case, before, after),
+        "maps": maps(case, before, after),
+        "ranking": ranking(case),
+        "experiments": [experiment(group) for group in groups],
+    }
+
+
+def overlays(case: "_Case", model: JointModel) -> list[dict[str, Any]]:
+    """Recording, nominal and updated simulation on the held-out part of the first stretch that has one."""
+    stand = case.stand
+    low, high = stand.held_out
+    olds, news = free_run(stand, case.nominal), free_run(stand, model)
+    found = []
+    for record, old, new in zip(stand.records, olds, news, strict=True):
+        part = (record.t >= low) & (record.t < high)
+        if part.sum() < 20:
+            continue
+        rows = [(record.effort, old.effort, new.effort), ("position", old.position, new.position)]
+        for name, was, now in rows:
+            if name == record.effort and case.nominal.controller is None:
+                continue
+            found.append(
+                {
+                    "name": CHANNELS[name].column(stand.model.axis),
+                    "t": record.t[part],
+                    "recorded": record[name][part],
+                    "before": was[part],
+                    "after": now[part],
+                }
+            )
+        if stand.model.structure == "flexible":
+            found.append(
+                {"name": "windup_rad", "t": record.t[part], "before": old.windup[part], "after": new.windup[part]}
+            )
+        return found
+    return found
+
+
+def profiles(case: "_Case", before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
+    """Mean missing torque along each covariate."""
+    rows = locate.covariates(case.stand)
+    unknown = "missing_torque_nm" if case.stand.model.axis == "rotary" else "missing_force_n"
+    old, new = np.concatenate(before), np.concatenate(after)
+    found = []
+    for name in rows[0]:
+        values = np.concatenate([row[name] for row in rows])
+        edges = np.linspace(*np.quantile(values, [0.002, 0.998]), PROFILE + 1)
+        if not edges[-1] > edges[0]:
+            continue
+        cell = np.digitize(values, edges) - 1
+        at = 0.5 * (edges[1:] + edges[:-1])
+        found.append(
+            {
+                "covariate": name,
+                "unknown": unknown,
+                "at": at,
+                "before": _means(old, cell, PROFILE),
+                "after": _means(new, cell, PROFILE),
+            }
+        )
+    return found
+
+
+def maps(case: "_Case", before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
+    """Mean missing torque over position and speed."""
+    rows = locate.covariates(case.stand)
+    names = list(rows[0])[:2]
+    x, y = (np.concatenate([row[name] for row in rows]) for name in (names[1], names[0]))
+    x_edges, y_edges = (np.linspace(*np.quantile(v, [0.002, 0.998]), CELLS + 1) for v in (x, y))
+    if not (x_edges[-1] > x_edges[0] and y_edges[-1] > y_edges[0]):
+        return []
+    cx, cy = np.digitize(x, x_edges) - 1, np.digitize(y, y_edges) - 1
+    cell = np.where((cx >= 0) & (cx < CELLS) & (cy >= 0) & (cy < CELLS), cy * CELLS + cx, -1)
+    grids = [_means(np.concatenate(t), cell, CELLS * CELLS).reshape(CELLS, CELLS) for t in (before, after)]
+    title = "missing torque by position and speed"
+    return [
+        {
+            "title": title,
+            "x": names[1],
+            "y": names[0],
+            "x_edges": x_edges,
+            "y_edges": y_edges,
+            "before": grids[0],
+            "after": grids[1],
+        }
+    ]
+
+
+def _means(values: Array, cell: Array, count: int) -> Array:
+    """Mean of `values` by cell, NaN where there are none."""
+    inside = (cell >= 0) & (cell < count)
+    number = np.bincount(cell[inside], minlength=count)
+    total = np.bincount(cell[inside], values[inside], count)
+    return np.where(number > 0, total / np.maximum(number, 1), np.nan)
+
+
+def ranking(case: "_Case") -> list[dict[str, Any]]:
+    """Hypotheses in order, each with what decided for or against it."""
+    found: list[dict[str, Any]] = []
+    for name in case.found:
+        found.append(
+            {
+                "term": name.use.term,
+                "side": name.use.side,
+                "probability": name.probability,
+                "why": f"joined the model: {100 * name.share:.0f} % of the gain in log-likelihood is its own",
+            }
+        )
+        for rival in name.rivals:
+            told = "cannot be told apart" if rival.probability > 0.05 * name.probability else "lost"
+            found.append(
+                {
+                    "term": rival.use.term,
+                    "side": rival.use.side,
+                    "probability": rival.probability,
+                    "why": f"in the place of {name.use.term}: {told}, log-likelihood {rival.merit:+.1f} beside it",
+                }
+            )
+    last = case.contests[-1]
+    bar = float(np.quantile(last.luck, 0.995))
+    for entry in last.entries[:6]:
+        if last.winner is None and np.isfinite(entry.gain):
+            why = f"would gain {entry.gain:.1f} in log-likelihood; chance alone gives the luckiest {bar:.1f}"
+            found.append({"term": entry.offer.term, "side": entry.offer.side, "probability": 0.0, "why": why})
+    return found

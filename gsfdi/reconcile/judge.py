@@ -1,0 +1,154 @@
+"""From a contest to names: rivals under the final noise model, probabilities, shares, intervals, and the remainder."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsfdi.fit import Fitted, covariance, levenberg
+from gsfdi.model import TermUse
+from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile.compete import KNOB_COST, Contest, without
+from gsfdi.reconcile.hand import Round, lay_out, term_knobs, with_term
+from gsfdi.reconcile.screen import Entry
+
+UNLIKELY = {"sensor": 0.3}
+"""Prior odds by component, against the rest: a sensor fails more rarely than it is blamed."""
+CLOSE = 0.05
+"""Probability, as a share of the best, from which a rival counts as not told apart."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """Another term in the place of one that won: what it says of itself, and its merit beside the winner's."""
+
+    use: TermUse
+    merit: float
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A term that the model needs.
+
+    `share` is the part of the parameters-only mismatch that goes when it comes; `ci` by parameter name.
+    """
+
+    use: TermUse
+    probability: float
+    share: float
+    ci: Mapping[str, tuple[float, float]]
+    rivals: tuple[Rival, ...]
+
+
+def inflation(hand: Round) -> float:
+    """How much less the data say than white innovations would: robust over plain variance of the knobs, at least 1."""
+    fitted = hand.fitted
+    if not fitted.knobs:
+        return 1.0
+    J, scale = fitted.jacobian, np.array([knob.scale for knob in fitted.knobs])
+    belief = np.array([0.0 if k.prior is None else (k.scale / k.doubt) ** 2 for k in fitted.knobs])
+    plain = np.diag(np.linalg.pinv(J.T @ J + np.diag(belief), hermitian=True)) * scale**2
+    robust = np.diag(covariance(fitted, hand.stand.blocks()))
+    return float(max(1.0, np.median(robust / np.maximum(plain, 1e-300))))
+
+
+def rivals(
+    hand: Round, place: int, contest: Contest, shelf_terms: Mapping[str, PhysicsTerm]
+) -> list[tuple[float, Fitted]]:
+    """Refit the model in hand with each finalist of a contest in the place of the term at `place`; merits beside it."""
+    own = hand.fitted.model.physics[place]
+    left = without(hand, place)
+    base = replace(lay_out(hand.stand, hand.tools, left), torque=hand.torque)
+    found = []
+    for entry in contest.entries:
+        if entry.fitted is None or (entry.offer.term, entry.offer.side) == (own.term, own.side):
+            continue
+        if entry.offer.term not in shelf_terms:
+            continue
+        use = replace(entry.fitted.model.physics[-1])
+        model = with_term(base.fitted.model, use)
+        knobs = [*base.fitted.knobs, *term_knobs(hand.stand, model, len(model.physics) - 1)]
+        fitted = levenberg(base.misfit, model, knobs, 4, known=base.fitted.jacobian)
+        found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
+    return found
+
+
+def price(use: TermUse) -> float:
+    """Log-likelihood that a term's numbers must earn."""
+    return KNOB_COST * (len(use.values) + (2 if use.onset is not None else 0))
+
+
+def names(
+    hand: Round, given: int, contests: Sequence[Contest], shelf_terms: Mapping[str, PhysicsTerm]
+) -> tuple[Round, list[Name]]:
+    """Name the terms of the model in hand, swapping any that a rival does better under the final noise.
+
+    Parameters
+    ----------
+    given : int
+        Terms that the nominal model holds already.
+    """
+    found: list[Name] = []
+    place = given
+    swaps = 0
+    while place < len(hand.fitted.model.physics):
+        use = hand.fitted.model.physics[place]
+        contest = _contest_of(use, contests)
+        rows = rivals(hand, place, contest, shelf_terms) if contest is not None else []
+        temper = inflation(hand)
+        odds = [merit / temper + _prior(fitted.model.physics[-1], shelf_terms) for merit, fitted in rows]
+        own = _prior(use, shelf_terms)
+        if odds and max(odds) > own + 1.0 and swaps < 2:
+            hand = replace(lay_out(hand.stand, hand.tools, rows[int(np.argmax(odds))][1]), torque=hand.torque)
+            swaps += 1
+            place, found = given, []
+            continue
+        weights = np.exp(np.array([own, *odds]) - max([own, *odds]))
+        weights /= weights.sum()
+        others = tuple(
+            sorted(
+                (Rival(f.model.physics[-1], merit, float(w)) for (merit, f), w in zip(rows, weights[1:], strict=True)),
+                key=lambda rival: -rival.probability,
+            )
+        )
+        found.append(Name(use, float(weights[0]), 0.0, {}, others))
+        place += 1
+    return hand, _with_intervals(hand, given, found)
+
+
+def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> float:
+    return float(np.log(UNLIKELY.get(shelf_terms[use.term].component, 1.0)))
+
+
+def _contest_of(use: TermUse, contests: Sequence[Contest]) -> Contest | None:
+    for contest in contests:
+        if any(e.fitted is not None and (e.offer.term, e.offer.side) == (use.term, use.side) for e in contest.entries):
+            return contest
+    return None
+
+
+def _with_intervals(hand: Round, given: int, found: Sequence[Name]) -> list[Name]:
+    """Add to each name the 95 % intervals of its numbers, and its share of the mismatch."""
+    spread = np.sqrt(np.diag(covariance(hand.fitted, hand.stand.blocks()))) if hand.fitted.knobs else np.zeros(0)
+    gains = [without(hand, given + i).cost - hand.fitted.cost for i in range(len(found))]
+    whole = sum(max(g, 0.0) for g in gains) or 1.0
+    done = []
+    for i, name in enumerate(found):
+        ci = {}
+        for knob, value, sd in zip(hand.fitted.knobs, hand.fitted.values, spread, strict=True):
+            if knob.place == given + i:
+                ci[knob.name] = (float(max(value - 1.96 * sd, knob.low)), float(min(value + 1.96 * sd, knob.high)))
+        done.append(replace(name, ci=ci, share=max(gains[i], 0.0) / whole))
+    return done
+
+
+def left_over(first: Round, last: Round, floor: np.ndarray) -> float:  # type: ignore[type-arg]
+    """Missing torque that remains, as a share of what was missing with parameters alone (root mean square, 0 to 1)."""
+    before, after = (float(np.sqrt(np.sum(np.maximum(r.torque**2 - floor**2, 0.0)))) for r in (first, last))
+    return after / before if before > 0 else 0.0
+
+
+def best_entry(contest: Contest) -> Entry | None:
+    """Give the entry that came nearest."""
+    return contest.entries[0] if contest.entries else None

@@ -1,0 +1,71 @@
+"""Parameters only: whether numbers of the linear model that are off account for everything, and which."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsfdi.fit import Knob, covariance, levenberg
+from gsfdi.reconcile.hand import Round
+
+TERM_OF = {
+    "torque_constant": "torque_constant_change",
+    "motor_inertia": "motor_inertia_change",
+    "stiffness": "stiffness_change",
+    "output_inertia": "output_inertia_change",
+}
+TOLERANCE = 0.055
+"""Share by which a nominal parameter may be off without that being news."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """A parameter of the plant as the data have it, over its nominal value, with a 95 % interval."""
+
+    term: str
+    ratio: float
+    low: float
+    high: float
+
+
+def shifts(hand: Round) -> list[Shift]:
+    """Every plant parameter over its nominal value."""
+    fitted = hand.fitted
+    spread = np.sqrt(np.diag(covariance(fitted, hand.stand.blocks()))) if fitted.knobs else np.zeros(0)
+    found = []
+    for knob, value, sd in zip(fitted.knobs, fitted.values, spread, strict=True):
+        if knob.place == -1 and knob.prior:
+            ratio, width = value / knob.prior, 1.96 * sd / abs(knob.prior)
+            found.append(Shift(TERM_OF[knob.name], float(ratio), float(ratio - width), float(ratio + width)))
+    return found
+
+
+def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float, Shift]]:
+    """Each plant parameter moved alone, the others at their nominal values: what it costs beyond moving all, and its shift.
+
+    Parameters
+    ----------
+    hand : Round
+        Parameters only.
+    nominal : mapping of str to float
+        Nominal values by field of the plant.
+    """
+    found = []
+    start = hand.fitted.model
+    base = replace(start, plant=replace(start.plant, **nominal))
+    for name, value in nominal.items():
+        rest = [_pinned(k) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
+        alone = Knob(-1, name, 0.03 * value, 0.2 * value, 5.0 * value)
+        fitted = levenberg(hand.misfit, base, [alone, *rest], 6)
+        sd = float(np.sqrt(covariance(fitted, hand.stand.blocks())[0, 0])) / value
+        ratio = float(fitted.values[0] / value)
+        cost = 0.5 * float(fitted.residual @ fitted.residual - hand.fitted.residual @ hand.fitted.residual)
+        found.append((cost, Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd)))
+    return sorted(found, key=lambda pair: pair[0])
+
+
+def _pinned(knob: Knob) -> Knob:
+    """Give the knob held at its nominal value."""
+    if knob.place != -1 or knob.prior is None:
+        return knob
+    return replace(knob, doubt=1e-3 * knob.doubt)

@@ -1,0 +1,96 @@
+"""What torque is missing, moment by moment: the mismatch of a model in newton metres, without naming any physics.
+
+The innovations of a replay obey the linear error system of the observer, driven by whatever torque the model lacks. A
+smoother over that system, in which the missing torque is a random walk, gives the torque itself.
+"""
+
+from collections.abc import Sequence
+
+import numba
+import numpy as np
+from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
+
+from gsfdi.reconcile.bench import Bench
+from gsfdi.types import Array
+
+QUICK = 0.03  # [s] within which the missing torque may change by its own size
+
+
+def missing_torque(stand: Bench, innovations: Sequence[Array], side: int = 0) -> list[Array]:
+    """Torque [N m] that the model of the `innovations` lacks on a side, by record; positive helps the motion.
+
+    Parameters
+    ----------
+    innovations : sequence of (n, 2) arrays
+        Under the base gain.
+    side : {0, 1}
+        Motor (or the rigid joint's only) side, or output.
+    """
+    system, period = stand.system, stand.scales.period
+    n = len(system.Ad)
+    A = np.zeros((n + 1, n + 1))
+    A[:n, :n], A[:n, n], A[n, n] = system.Ad, system.Bt[:, side], 1.0
+    C = np.hstack([system.C, np.zeros((len(system.C), 1))])
+    size = 0.3 * stand.scales.torque * np.sqrt(period / QUICK)
+    Q = 1e-12 * np.eye(n + 1) * np.trace(system.Bt @ system.Bt.T) * stand.scales.torque**2
+    Q[n, n] = size**2
+    R = np.diag(system.R)
+    P = solve_discrete_are(A.T, C.T, Q, R)
+    K = P @ C.T @ np.linalg.inv(C @ P @ C.T + R)
+    filtered = P - K @ C @ P
+    smooth = np.ascontiguousarray(filtered @ A.T @ np.linalg.inv(P))
+    base = stand.gain[:n, list(system.rows)]
+    known = np.vstack([system.Ad @ base, np.zeros((1, base.shape[1]))])
+    return [
+        _smooth(
+            A, C, K, smooth, known, np.ascontiguousarray(np.nan_to_num(e[:, list(system.rows)])), stand.steps[i] == 0
+        )[:, n]
+        for i, e in enumerate(innovations)
+    ]
+
+
+@numba.njit(cache=True)
+def _smooth(A, C, K, G, known, e, fresh):  # type: ignore[no-untyped-def]
+    """Steady Kalman filter and its smoother; `known` is how the innovations themselves entered the observer's error."""
+    n, nx = len(e), A.shape[0]
+    before, after = np.zeros((n, nx)), np.zeros((n, nx))
+    x = np.zeros(nx)
+    for k in range(n):
+        if fresh[k]:
+            x[:] = 0.0
+        before[k] = x
+        after[k] = x + K @ (e[k] - C @ x)
+        x = A @ after[k] - known @ e[k]
+    for k in range(n - 2, -1, -1):
+        if not fresh[k + 1]:
+            after[k] += G @ (after[k + 1] - before[k + 1])
+    return after
+
+
+def excess(stand: Bench, innovations: Sequence[Array], torque: Array) -> float:
+    """Mean square of the innovations beyond what sensors and known noise make, in units of the observer's own spread.
+
+    Parameters
+    ----------
+    innovations : sequence of (n, 2) arrays
+        Under the base gain.
+    torque : (k,) array
+        Torque noise [N m] that is known to be there.
+    """
+    tools = stand.whiteners(stand.spread)
+    white = stand.white([e[None] for e in innovations], tools)[0]
+    count = sum(float(stand.awake(i).sum()) for i in range(len(tools)))
+    return float(white @ white) / max(count, 1.0) - noise_share(stand, torque)
+
+
+def noise_share(stand: Bench, torque: Array) -> float:
+    """Mean square that noise alone leaves in innovations whitened for the observer's own spread."""
+    system, n = stand.system, len(stand.system.Ad)
+    base = stand.gain[:n, list(system.rows)]
+    R, Q = np.diag(system.R), (system.Bt * np.square(torque)) @ system.Bt.T
+    A = system.Ad @ (np.eye(n) - base @ system.C)
+    P = solve_discrete_lyapunov(A, Q + system.Ad @ base @ R @ base.T @ system.Ad.T)
+    Q0 = (system.Bt * np.square(stand.spread)) @ system.Bt.T
+    P0 = solve_discrete_are(system.Ad.T, system.C.T, Q0 + 1e-12 * np.trace(Q0) / n * np.eye(n), R)
+    S, S0 = (system.C @ X @ system.C.T + R for X in (P, P0))
+    return float(np.trace(np.linalg.solve(S0, S)) / len(S))

@@ -1,0 +1,316 @@
+"""Reconcile one joint: settle the contract, let terms compete, name them, verify on held-out data, and say it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from gsfdi.fit import Started
+from gsfdi.model import JointModel, TermUse
+from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile import locate, verify
+from gsfdi.reconcile.bench import Bench, effort_floor
+from gsfdi.reconcile.compete import Contest, compete
+from gsfdi.reconcile.contract import Settled, settle_contract
+from gsfdi.reconcile.evidence import evidence_of
+from gsfdi.reconcile.hand import Round
+from gsfdi.reconcile.judge import CLOSE, Name, left_over, names
+from gsfdi.reconcile.law import LawFinding
+from gsfdi.reconcile.parameters import TOLERANCE, Shift, lone_changes, shifts
+from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
+from gsfdi.reconcile.say import sentence, spelled
+from gsfdi.registry import shelf
+from gsfdi.types import Array, JointRecord
+
+REMAINS = 0.25
+"""Share of the missing torque (root mean square) that may remain when a mismatch is called explained."""
+MATERIAL = 0.01
+"""Share of the drive's torque below which a mismatch without a name is not worth reporting."""
+
+
+def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Sequence[str] = ()) -> Reconciliation:
+    """Reconcile recordings of one joint with its model.
+
+    Parameters
+    ----------
+    records : sequence of JointRecord
+        Recordings of one joint, of like or unlike motion.
+    model : JointModel
+        The simulation that they are held against.
+    without : sequence of str
+        Terms that the library must do without.
+    """
+    terms = {name: term for name, term in shelf("gsfdi.terms", PhysicsTerm).items() if name not in without}
+    settled = settle_contract(records, model, without)
+    first, hand, contests = compete(settled.stand, settled.model, terms)
+    hand, found = names(hand, len(settled.model.physics), contests, terms)
+    return _told(_Case(records[0].joint, model, settled, first, hand, contests, found, terms))
+
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    """Everything that the answer is told from."""
+
+    joint: str
+    nominal: JointModel
+    settled: Settled
+    first: Round
+    hand: Round
+    contests: list[Contest]
+    found: list[Name]
+    terms: Mapping[str, PhysicsTerm]
+
+    @property
+    def stand(self) -> Bench:
+        return self.settled.stand
+
+    @property
+    def floor(self) -> Array:
+        return effort_floor(self.stand)
+
+
+def _told(case: _Case) -> Reconciliation:
+    """Draw the verdict and lay out the answer."""
+    stand = case.stand
+    lone, moved = _parameters(case)
+    findings = [
+        *(case.settled.law.findings if case.settled.law else ()),
+        *([case.settled.coarse] if case.settled.coarse else []),
+    ]
+    entries = [*_law_entries(case, findings), *_term_entries(case), *_shift_entries(lone)]
+    left = left_over(case.first, case.hand, case.floor)
+    remains = float(np.sqrt(np.sum(case.hand.torque**2))) / stand.scales.torque
+    verdict = _verdict(case, entries, left, remains)
+    model = final_model(case, lone)
+    before = locate.torque_of(case.first.stand, [e[0] for e in case.first.stand.innovations([case.settled.model])])
+    after = locate.torque_of(case.hand.stand, case.hand.innovations)
+    groups = _groups(case, lone)
+    moved_off = bool(entries) or verdict in ("unexplained", "partly_explained")
+    fit = _fit(case, model)
+    return Reconciliation(
+        joint=case.joint,
+        verdict=verdict,
+        mismatch={
+            "detected": moved_off,
+            "p_value": _p_value(case, entries),
+            "effect": max(0.0, 1.0 - noise_share_of(case)),
+            "remains": left,
+            **locate.shares(stand, before, after),
+        },
+        location=_location(case, entries, before),
+        omitted_physics=tuple(entries),
+        indistinguishable=tuple(groups),
+        parameters={s.term: {"ratio": s.ratio, "ci95": [s.low, s.high]} for s in moved},
+        fit=fit,
+        says=_says(verdict, entries, case, left),
+        updated_model=model if verdict in ("explained", "partly_explained") else None,
+        evidence=evidence_of(case, model, before, after, groups),
+    )
+
+
+def noise_share_of(case: _Case) -> float:
+    """Share of the parameters-only residual that noise alone makes up."""
+    first, floor = float(np.sum(case.first.torque**2)), float(np.sum(case.floor**2))
+    return min(1.0, floor / first) if first > 0 else 1.0
+
+
+def _parameters(case: _Case) -> tuple[list[Shift], list[Shift]]:
+    """Parameters to name because they alone account for the mismatch, and where all parameters ended."""
+    moved = shifts(case.hand)
+    if case.found:
+        return [
+            s
+            for s in moved
+            if abs(s.ratio - 1) > TOLERANCE
+            and not s.low < 1 - TOLERANCE < s.high
+            and not s.low < 1 + TOLERANCE < s.high
+        ], moved
+    plant = case.settled.model.plant
+    nominal = {k.name: float(getattr(plant, k.name)) for k in case.first.fitted.knobs if k.place == -1}
+    if not nominal or all(s.low < 1 < s.high for s in moved):
+        return [], moved
+    alone = lone_changes(case.first, nominal)
+    cost, shift = alone[0]
+    if cost < SOLE and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > 0.003:
+        return [shift], moved
+    return [s for s in moved if abs(s.ratio - 1) > TOLERANCE], moved
+
+
+SOLE = 12.0
+"""Log-likelihood that moving one parameter alone may fall short of moving all."""
+
+
+def _law_entries(case: _Case, findings: Sequence[LawFinding]) -> list[dict[str, Any]]:
+    """Entries for what the law check found."""
+    entries = []
+    axis = case.nominal.axis
+    for finding in findings:
+        term = case.terms.get(finding.term)
+        component = term.component if term is not None else "controller"
+        first = next(iter(finding.values))
+        numbers = {
+            spelled(name, axis): {
+                "value": value,
+                "ci95": [value - 1.96 * finding.spread, value + 1.96 * finding.spread],
+            }
+            if name == first
+            else {"value": value, "ci95": None}
+            for name, value in finding.values.items()
+        }
+        use = TermUse(finding.term, dict(finding.values), None, finding.onset)
+        entries.append(
+            {
+                "term": finding.term,
+                "component": component,
+                "side": None,
+                "probability": 0.99,
+                "parameters": numbers,
+                "onset_s": finding.onset,
+                "says": sentence(use, term, finding.share, axis, ()),
+            }
+        )
+    return entries
+
+
+def _term_entries(case: _Case) -> list[dict[str, Any]]:
+    """Entries for the terms that won, most probable first and among the sure ones the weightiest."""
+    entries = []
+    axis = case.nominal.axis
+    for name in sorted(case.found, key=lambda n: -(round(n.probability, 1) + 0.5 * n.share)):
+        close = [r.use.term for r in name.rivals if r.probability > CLOSE * name.probability]
+        entries.append(
+            {
+                "term": name.use.term,
+                "component": case.terms[name.use.term].component,
+                "side": name.use.side,
+                "probability": name.probability,
+                "parameters": {
+                    spelled(key, axis): {"value": value, "ci95": list(name.ci[key]) if key in name.ci else None}
+                    for key, value in name.use.values.items()
+                },
+                "onset_s": name.use.onset,
+                "share_of_misfit": name.share,
+                "says": sentence(name.use, case.terms[name.use.term], name.share, axis, list(dict.fromkeys(close))),
+            }
+        )
+    return entries
+
+
+def _shift_entries(moved: Sequence[Shift]) -> list[dict[str, Any]]:
+    """Entries for parameters of the linear model."""
+    home = {"torque_constant_change": "motor", "motor_inertia_change": "motor", "stiffness_change": "gearbox"}
+    return [
+        {
+            "term": s.term,
+            "component": home.get(s.term, "link"),
+            "side": None,
+            "probability": 0.95,
+            "parameters": {"ratio": {"value": s.ratio, "ci95": [s.low, s.high]}},
+            "onset_s": None,
+            "says": f"a number of the linear model is {100 * (s.ratio - 1):+.1f} % off; no physics is missing on its account.",
+        }
+        for s in moved
+    ]
+
+
+def _verdict(case: _Case, entries: Sequence[Mapping[str, Any]], left: float, remains: float) -> Outcome:
+    """Draw the verdict from what was named and what remains."""
+    known = float(np.sqrt(np.sum(case.floor**2))) / case.stand.scales.torque
+    material = remains > max(MATERIAL, 3 * known)
+    if not entries:
+        return "unexplained" if material else "no_mismatch"
+    if not material or left <= REMAINS:
+        return "explained"
+    return "partly_explained" if left < 0.9 else "unexplained"
+
+
+def final_model(case: _Case, lone: Sequence[Shift]) -> JointModel:
+    """Give the model with everything that was found in it, as a plain model file holds it."""
+    source: JointModel = case.hand.fitted.model
+    if isinstance(source, Started):
+        source = JointModel(**{f.name: getattr(source, f.name) for f in fields(JointModel)})
+    late = [f for f in (case.settled.law.findings if case.settled.law else ()) if f.term == "timestamp_latency"]
+    extra = [
+        TermUse(f.term, dict(f.values), None, f.onset)
+        for f in [*late, *([case.settled.coarse] if case.settled.coarse else [])]
+    ]
+    return replace(source, sensors=case.nominal.sensors, physics=(*source.physics, *extra))
+
+
+def _groups(case: _Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
+    """Sets of terms that the data cannot tell apart."""
+    found = []
+    for name in case.found:
+        close = [r.use.term for r in name.rivals if r.probability > CLOSE * name.probability]
+        group = tuple(dict.fromkeys([name.use.term, *close]))
+        if len(group) > 1:
+            found.append(group)
+    if lone and case.nominal.structure == "rigid" and not case.nominal.physics:
+        found.append(("torque_constant_change", "output_inertia_change"))
+    return found
+
+
+def _p_value(case: _Case, entries: Sequence[Mapping[str, Any]]) -> float:
+    """Probability that chance alone gains as much as the first winner did."""
+    contest = case.contests[0]
+    if not contest.entries or not np.isfinite(contest.entries[0].gain):
+        return 1.0
+    gain, luck = contest.entries[0].gain, contest.luck
+    beyond = float(np.mean(luck >= gain))
+    if beyond > 0 or len(luck) < 2:
+        return beyond
+    top = luck[int(0.9 * len(luck)) :]
+    scale = max(float(np.mean(top - top[0])), 0.5)
+    return float(max(0.1 * np.exp(-max(gain - top[0], 0.0) / scale), 1e-300))
+
+
+def _location(case: _Case, entries: Sequence[Mapping[str, Any]], torque: Sequence[Array]) -> dict[str, Any]:
+    """Lay out where and when the mismatch lives."""
+    stand = case.stand
+    onset = next((e["onset_s"] for e in entries if e.get("onset_s") is not None), None)
+    drift = next((e["parameters"]["onset_s"]["value"] for e in entries if "onset_s" in e["parameters"]), None)
+    begins = onset if onset is not None else drift
+    when = [(float(begins), float(stand.scales.seconds))] if begins is not None else locate.moments(stand, torque)
+    component = entries[0]["component"] if entries else locate.component_of(case.contests, case.settled)
+    return {
+        "component": component,
+        "signals": locate.signals_of(component, stand),
+        "where": [
+            {
+                "covariate": p.covariate,
+                "low": p.low,
+                "high": p.high,
+                "share_of_misfit": p.share,
+                "share_of_time": p.time,
+            }
+            for p in locate.places(stand, torque)
+        ],
+        "when": [{"from_s": a, "to_s": b} for a, b in when],
+        "bands_hz": [list(band) for band in locate.bands(stand, torque)],
+    }
+
+
+def _fit(case: _Case, model: JointModel) -> dict[str, Any]:
+    """Held-out figures of the nominal and the updated model."""
+    stand = case.stand
+    before = verify.misfit(stand, case.nominal)
+    after = verify.misfit(stand, model)
+    return {
+        "held_out_seconds": list(stand.held_out),
+        "before": before,
+        "after": after,
+        "noise_floor": dict(verify.noise_floor(stand, list(after))),
+    }
+
+
+def _says(verdict: Outcome, entries: Sequence[Mapping[str, Any]], case: _Case, left: float) -> str:
+    """One sentence for a person."""
+    named = ", ".join(str(e["term"]) for e in entries)
+    if verdict == "no_mismatch":
+        return "Simulation and recording agree to within noise and the tolerance of the model's numbers."
+    if verdict == "unexplained" and not entries:
+        return "Simulation and recording differ, and nothing in the library accounts for it; the location still stands."
+    if verdict == "explained":
+        return f"The mismatch is explained by {named}."
+    return f"{named} account for part of the mismatch; {100 * left:.0f} % of the missing torque remains unexplained."

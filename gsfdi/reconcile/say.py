@@ -1,0 +1,56 @@
+"""What a verdict says: sentences for people, and the experiments that would settle what the data cannot."""
+
+from collections.abc import Mapping, Sequence
+
+from gsfdi.model import TermUse
+from gsfdi.motion import PhysicsTerm, linear_name
+
+CONFUSED: Mapping[frozenset[str], str] = {
+    frozenset(
+        {"constant_load", "asymmetric_friction"}
+    ): "hold the joint still at several angles: a load must be carried at rest, a friction need not be",
+    frozenset(
+        {"constant_load", "current_bias"}
+    ): "read the current with the drive switched off: what remains is the sensor's",
+    frozenset({"asymmetric_friction", "current_bias"}): "read the current with the drive switched off",
+    frozenset({"torque_constant_change", "current_gain"}): "compare the current with an independent meter",
+    frozenset({"torque_constant_change", "output_inertia_change"}): "move once with a known extra inertia or load",
+    frozenset(
+        {"gravity_unbalance", "cable_harness"}
+    ): "move over a wider range: a weight's torque turns over, a cable's does not",
+    frozenset({"position_gain", "velocity_gain"}): "turn the joint between two stops of known distance",
+    frozenset(
+        {"actuation_delay", "timestamp_latency"}
+    ): "log the controller's own input: its law must hold without a delay",
+    frozenset({"coulomb_friction", "presliding_friction"}): "make moves of less than the break-away distance at rest",
+    frozenset({"stribeck_friction", "presliding_friction"}): "creep at several constant slow speeds",
+    frozenset({"gearbox_hysteresis", "backlash"}): "lock the output and load the gearbox slowly both ways",
+    frozenset({"viscous_friction", "temperature_dependent_friction"}): "repeat the motion at another temperature",
+}
+"""Terms that look alike, and the experiment that tells them apart."""
+
+
+def experiment(names: Sequence[str]) -> str:
+    """Name the experiment that would separate `names`, or the general one where none is known."""
+    for pair, text in CONFUSED.items():
+        if pair <= set(names):
+            return text
+    return "excite the joint more widely: faster, slower, over its whole range and with reversals"
+
+
+def spelled(name: str, axis: str) -> str:
+    """Name a parameter as the joint's axis spells it."""
+    return name if axis == "rotary" else linear_name(name)
+
+
+def sentence(use: TermUse, term: PhysicsTerm | None, gain_share: float, axis: str, rivals: Sequence[str]) -> str:
+    """Say what a term means here, for a person."""
+    meaning = term.meaning if term is not None else "the controller's gain is not the one in the model"
+    numbers = ", ".join(f"{spelled(name, axis)} = {value:.4g}" for name, value in use.values.items())
+    text = f"{meaning} ({numbers})"
+    if use.onset is not None:
+        text += f", from {use.onset:.1f} s on"
+    text += f"; it accounts for {100 * gain_share:.0f} % of the mismatch that the parameters leave"
+    if rivals:
+        text += f"; the data cannot tell it from {', '.join(rivals)}: {experiment([use.term, *rivals])}"
+    return text + "."

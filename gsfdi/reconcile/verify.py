@@ -1,0 +1,66 @@
+"""Held-out figures: simulation against recording, free-running, on data that took no part in choosing or fitting."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gsfdi.channels import CHANNELS
+from gsfdi.drive import measured_velocity
+from gsfdi.model import JointModel
+from gsfdi.reconcile.bench import Bench
+from gsfdi.simulate import Trace, replay
+from gsfdi.types import Array
+
+SHOT = 2.0  # [s] between restarts where there is no controller to close the loop
+
+
+def free_run(stand: Bench, model: JointModel) -> list[Trace]:
+    """Simulate every stretch: closed loop by the model's controller, or restarted every `SHOT` where it has none."""
+    found = []
+    for record, drive in zip(stand.records, stand.drives, strict=True):
+        if model.controller is not None and "setpoint" in record:
+            found.append(replay(model, drive, "closed_loop"))
+            continue
+        watched = replay(model, drive, "predict", gain=stand.gain)
+        rows = np.arange(0, len(record.t), max(2, round(SHOT / stand.scales.period)))[1:]
+        found.append(replay(model, drive, "open_loop", restarts=rows.tolist(), states=watched.state[rows]))
+    return found
+
+
+def misfit(stand: Bench, model: JointModel) -> dict[str, float]:
+    """Root-mean-square difference of simulation and recording on the held-out part, by column name."""
+    low, high = stand.held_out
+    axis = stand.model.axis
+    squares: dict[str, list[Array]] = {}
+    for record, trace in zip(stand.records, free_run(stand, model), strict=True):
+        part = (record.t >= low) & (record.t < high)
+        pairs: dict[str, tuple[Array, Array]] = {"position": (record["position"], trace.position)}
+        if model.controller is not None and "setpoint" in record:
+            pairs[record.effort] = (record[record.effort], trace.effort)
+        if "motor_velocity" in record and np.isfinite(measured_velocity(record, model)).any():
+            pairs["motor_velocity"] = (record["motor_velocity"], trace.motor_velocity)
+        for name, (seen, said) in pairs.items():
+            off = (seen - said)[part]
+            squares.setdefault(CHANNELS[name].column(axis), []).append(off[np.isfinite(off)] ** 2)
+    return {
+        name: float(np.sqrt(np.mean(np.concatenate(parts))))
+        for name, parts in squares.items()
+        if sum(map(len, parts)) > 0
+    }
+
+
+def noise_floor(stand: Bench, columns: Sequence[str]) -> Mapping[str, float]:
+    """What noise alone leaves in each column: the sensors' own, and what the controller makes of theirs."""
+    model, law = stand.model, stand.model.controller
+    variance = dict(zip(stand.system.rows, stand.system.R, strict=True))
+    position = variance.get(0, 0.0)
+    speed = variance.get(1, 0.0)
+    turns = stand.scales.turns
+    effort = model.sensors.effort_noise**2 + model.sensors.effort_resolution**2 / 12
+    if law is not None:
+        effort += law.proportional**2 * position + (law.derivative / turns) ** 2 * speed
+    axis = model.axis
+    ratio = 1.0 if model.structure == "flexible" else model.plant.gear_ratio
+    floors = {"position": position, "motor_velocity": speed * ratio**2, stand.records[0].effort: effort}
+    named = {CHANNELS[name].column(axis): float(np.sqrt(value)) for name, value in floors.items()}
+    return {name: named[name] for name in columns}

@@ -1,0 +1,83 @@
+"""Orders worth trying: how much each wave per revolution of motor or joint would explain, by linear theory.
+
+A wave of unknown order is too many hypotheses for replays. But a small torque or sensor error passes through the
+observer as through a linear filter, so that sine and cosine of every order are filtered and regressed at once.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from gsfdi.reconcile.bench import Bench
+from gsfdi.reconcile.hand import Round, project
+from gsfdi.types import Array
+from gsfdi.whiten import respond
+
+MOST = 3
+
+
+def worthy_orders(hand: Round, most: int = MOST) -> Mapping[str, tuple[float, ...]]:
+    """Orders to try for every term that is a wave; the best `most` of each."""
+    stand = hand.stand
+    states = [trace.state for trace in stand.traces(hand.fitted.model)]
+    names = ["cogging", "torque_ripple", "encoder_eccentricity"]
+    if stand.model.structure == "flexible":
+        names.append("transmission_error")
+    return {name: _best(hand, name, states, most) for name in names}
+
+
+def _best(hand: Round, name: str, states: list[Array], most: int) -> tuple[float, ...]:
+    stand = hand.stand
+    on_joint = name == "encoder_eccentricity"
+    orders = _grid(stand, on_joint)
+    parts = []
+    for i, x in enumerate(states):
+        angle = x[:, 0] + x[:, 2] if on_joint else stand.model.plant.gear_ratio * x[:, 0]
+        after = angle if on_joint else np.append(0.5 * (angle[1:] + angle[:-1]), angle[-1])
+        turn = orders[:, None] * after
+        shrink = 1.0 if on_joint else np.sinc(orders[:, None] * np.gradient(angle) / (2 * np.pi))
+        waves = np.concatenate([shrink * np.sin(turn), shrink * np.cos(turn)])
+        torque, sensed = _acting(stand, name, i, waves)
+        parts.append(respond(stand.system, stand.gain, torque, sensed, stand.steps[i]))
+    signatures = stand.white(parts, hand.tools)
+    gains = _gains(hand, signatures, len(orders))
+    ranked = np.argsort(-gains)
+    return tuple(float(orders[k]) for k in ranked[:most])
+
+
+def _grid(stand: Bench, on_joint: bool) -> Array:
+    """Whole orders that the sampling can resolve at working speed; for a linear drive, waves per travel."""
+    turns = 1.0 if on_joint else stand.model.plant.gear_ratio
+    fastest = np.pi / stand.scales.period / max(stand.scales.speed * turns, 1e-12)
+    if stand.model.axis == "linear":
+        return np.geomspace(1.0, 100.0, 60) * np.pi / (stand.scales.reach * turns)
+    return np.arange(1.0, max(2.0, min(100.0, 0.9 * fastest)) + 1.0)
+
+
+def _acting(stand: Bench, name: str, i: int, waves: Array) -> tuple[Array, Array]:
+    """Torque and sensor error that the waves of a term make, in the sizes of the bench."""
+    sides = stand.system.Bt.shape[1]
+    torque, sensed = np.zeros((*waves.shape, sides)), np.zeros((*waves.shape, 2))
+    size = 0.1 * stand.scales.torque
+    if name == "cogging":
+        torque[..., 0] = size * waves
+    elif name == "torque_ripple":
+        record = stand.records[i]
+        torque[..., 0] = size * waves * np.nan_to_num(record[record.effort]) / stand.scales.effort
+    elif name == "transmission_error":
+        torque[..., 0], torque[..., -1] = -size * waves, size * waves
+    else:
+        sensed[..., 0] = waves * 10 * stand.scales.noise
+    return torque, sensed
+
+
+def _gains(hand: Round, signatures: Array, count: int) -> Array:
+    """Gain in log-likelihood of each pair of sine and cosine."""
+    bare, r = project(hand, signatures)
+    scores = bare @ r
+    gains = np.zeros(count)
+    for k in range(count):
+        pair = [k, k + count]
+        info = bare[pair] @ bare[pair].T + 1e-9 * np.eye(2)
+        gains[k] = 0.5 * scores[pair] @ np.linalg.solve(info, scores[pair])
+    return gains

@@ -1,0 +1,264 @@
+"""Innovations made white: one noise model for every hypothesis, so that only physics tells them apart.
+
+A replay in prediction mode corrects its state with one steady gain, chosen fast enough that even a wrong model stays
+beside the recording. What it leaves is then refiltered, exactly, to what a Kalman filter with less process noise would
+have left: two observers that see the same measurement differ by a linear system driven by the innovations. So the
+costly, non-linear replay runs once per hypothesis, while the size of the process noise stays free to be estimated.
+
+Process noise is a white torque on either side. It stands for everything that no hypothesis describes; its size comes
+from maximum likelihood on the recording and falls as the model improves.
+"""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from scipy.linalg import solve_discrete_are, solve_toeplitz
+from scipy.signal import lfilter
+
+from gsfdi.joint import hold, matrices
+from gsfdi.model import Plant
+from gsfdi.types import Array
+
+LONGEST = 8
+"""Samples that may be missing in a row before the filter starts anew."""
+
+
+class Observed(NamedTuple):
+    """The discrete linear joint as the sensors see it.
+
+    ``Ad (n, n)``; ``Bt (n, 2)`` torque on motor and output side, held over a step; ``C (p, n)``; ``R (p,)`` variances of
+    the measured channels; ``rows`` which of position and motor velocity are measured.
+    """
+
+    Ad: Array
+    Bt: Array
+    C: Array
+    R: Array
+    rows: tuple[int, ...]
+
+
+def observed(plant: Plant, step: float, variances: tuple[float, float]) -> Observed:
+    """Discretise `plant` at `step` [s] for the channels whose variance is finite.
+
+    Parameters
+    ----------
+    variances : tuple of float
+        Variance of position [rad²] and of motor velocity [(rad/s)²]; infinite where the channel is missing.
+    """
+    joint = matrices(plant)
+    torques = -joint.motor[:, None] if len(joint.effort) == 2 else np.column_stack([-joint.motor, -joint.output])
+    Ad, Bt = hold(joint.A, torques, step)
+    C = joint.C.copy()
+    if len(joint.effort) == 2:
+        C[1, 1] = 1.0  # a rigid joint's motor velocity is its joint velocity
+    rows = tuple(i for i, variance in enumerate(variances) if np.isfinite(variance))
+    return Observed(
+        np.ascontiguousarray(Ad),
+        np.ascontiguousarray(Bt),
+        np.ascontiguousarray(C[list(rows)]),
+        np.array([variances[i] for i in rows]),
+        rows,
+    )
+
+
+def steady_gain(system: Observed, torque: Array) -> Array:
+    """Gain ``(4, 2)`` of the steady Kalman filter with white torque noise of standard deviation `torque` [N m]."""
+    Q = (system.Bt * np.square(torque)) @ system.Bt.T
+    Q += 1e-12 * np.trace(Q) / len(Q) * np.eye(len(Q))
+    P = solve_discrete_are(system.Ad.T, system.C.T, Q, np.diag(system.R))
+    gain = P @ system.C.T @ np.linalg.inv(system.C @ P @ system.C.T + np.diag(system.R))
+    whole = np.zeros((4, 2))
+    whole[: len(gain), list(system.rows)] = gain
+    return whole
+
+
+@numba.njit(cache=True)
+def _gains(Ad, Q, C, R, P0, steps, present):  # type: ignore[no-untyped-def]
+    """Gains and inverse Cholesky factors of the innovations' covariance, sample by sample; 0 steps starts anew."""
+    n, nx, p = steps.size, Ad.shape[0], C.shape[0]
+    K, W, logdet = np.zeros((n, nx, p)), np.zeros((n, p, p)), np.zeros(n)
+    P, eye = P0.copy(), np.eye(nx)
+    settled, before = 0, np.inf
+    for k in range(n):
+        if steps[k] == 0:
+            P, settled = P0.copy(), 0
+        else:
+            settled = settled if steps[k] == 1 else 0
+            for _ in range(steps[k] if settled < 3 else 0):
+                P = Ad @ P @ Ad.T + Q
+        if not present[k]:
+            settled = 0
+            continue
+        if settled >= 3:
+            K[k], W[k], logdet[k] = K[k - 1], W[k - 1], logdet[k - 1]
+            continue
+        S = C @ P @ C.T + R
+        factor = np.linalg.cholesky(S)
+        W[k] = np.linalg.inv(factor)
+        K[k] = P @ C.T @ np.linalg.inv(S)
+        for i in range(p):
+            logdet[k] += 2 * np.log(factor[i, i])
+        left = eye - K[k] @ C
+        P = left @ P @ left.T + K[k] @ R @ K[k].T
+        if abs(logdet[k] - before) < 1e-10 and k % 50 == 0:
+            settled += 1
+        if k % 50 == 0:
+            before = logdet[k]
+    return K, W, logdet
+
+
+@numba.njit(cache=True)
+def _refilter(Ad, C, K0, K, W, steps, e, out):  # type: ignore[no-untyped-def]
+    """White innovations of the filter `K` from those of the observer `K0`; e and out are (m, n, p)."""
+    m, n, p = e.shape
+    nx = Ad.shape[0]
+    delta, work, inner = np.zeros(nx), np.zeros(nx), np.zeros(p)
+    for j in range(m):
+        delta[:] = 0.0
+        for k in range(n):
+            if steps[k] == 0:
+                delta[:] = 0.0
+            else:
+                for _ in range(steps[k]):
+                    for a in range(nx):
+                        total = 0.0
+                        for b in range(nx):
+                            total += Ad[a, b] * delta[b]
+                        work[a] = total
+                    delta[:] = work
+            missing = False
+            for i in range(p):
+                inner[i] = e[j, k, i]
+                missing |= not np.isfinite(inner[i])
+                for a in range(nx):
+                    inner[i] -= C[i, a] * delta[a]
+            for i in range(p):
+                total = 0.0
+                for l in range(i + 1):
+                    total += W[k, i, l] * inner[l]
+                out[j, k, i] = 0.0 if missing else total
+            if not missing:
+                for a in range(nx):
+                    for i in range(p):
+                        delta[a] += K[k, a, i] * inner[i] - K0[a, i] * e[j, k, i]
+
+
+class Whitener(NamedTuple):
+    """Turns innovations under the base gain into white ones; see :func:`whitener`.
+
+    ``colour`` (p, k) predicts each whitened channel from its own last k samples, where its noise is not white by itself
+    (a coarse sensor's is not); ``size`` (p,) is what that leaves. Without colour, the Kalman filter has done it all.
+    """
+
+    system: Observed
+    base: Array
+    gains: Array
+    weights: Array
+    logdet: Array
+    steps: Array
+    colour: Array
+    size: Array
+
+    def __call__(self, innovations: Array) -> Array:
+        """White innovations ``(m, n p)`` of ``(m, n, 2)`` or ``(n, 2)`` under the base gain; 0 where one is missing."""
+        e = np.ascontiguousarray(np.atleast_3d(innovations.T).T[..., list(self.system.rows)])
+        out = np.empty_like(e)
+        base = np.ascontiguousarray(self.base[: len(self.system.Ad), list(self.system.rows)])
+        _refilter(self.system.Ad, self.system.C, base, self.gains, self.weights, self.steps, e, out)
+        if self.colour.shape[1]:
+            for i, (past, size) in enumerate(zip(self.colour, self.size, strict=True)):
+                out[..., i] = lfilter(np.concatenate([[1.0], -past]) / size, [1.0], out[..., i], axis=-1)
+        return out.reshape(len(e), -1)
+
+    def coloured(self, innovations: Array, order: int = 12) -> "Whitener":
+        """Give the whitener that makes `innovations` white, which stand for noise alone."""
+        plain = self(innovations).reshape(len(self.steps), -1)
+        colour, size = np.zeros((plain.shape[1], order)), np.ones(plain.shape[1])
+        for i, values in enumerate(plain.T):
+            lags = np.array([values[k:] @ values[: len(values) - k] for k in range(order + 1)]) / len(values)
+            lags[0] *= 1 + 1e-6
+            colour[i] = solve_toeplitz(lags[:-1], lags[1:])
+            size[i] = np.sqrt(max(lags[0] - colour[i] @ lags[1:], 1e-12))
+        return self._replace(colour=colour, size=size, logdet=self.logdet + 2 * float(np.log(size).sum()))
+
+
+def whitener(system: Observed, base: Array, spread: Array, torque: Array, steps: Array, present: Array) -> Whitener:
+    """Set up a whitener for process noise of `torque` [N m].
+
+    Parameters
+    ----------
+    system : Observed
+    base : (4, 2) array
+        Gain of the replay that gives the innovations.
+    spread : (k,) array
+        Process noise [N m] under which a state would be as uncertain as it is at a start.
+    torque : (k,) array
+        Standard deviation of the white torque on each side [N m].
+    steps : (n,) int array
+        Sampling periods since the sample before; 0 where the filter starts anew.
+    present : (n,) bool array
+        Whether the sample was measured.
+    """
+    Q0, Q = (np.ascontiguousarray((system.Bt * np.square(size)) @ system.Bt.T) for size in (spread, torque))
+    Q0 = Q0 + 1e-12 * np.trace(Q0) / len(Q0) * np.eye(len(Q0))
+    P0 = solve_discrete_are(system.Ad.T, system.C.T, Q0, np.diag(system.R))
+    K, W, logdet = _gains(system.Ad, Q, system.C, np.diag(system.R), P0, steps, present)
+    p = len(system.rows)
+    return Whitener(system, base, K, W, logdet, steps, np.zeros((p, 0)), np.ones(p))
+
+
+def steps_of(t: Array, period: float, gap: int = LONGEST) -> Array:
+    """Sampling periods between samples, 0 at the first and after a gap of more than `gap` of them."""
+    steps: Array = np.maximum(1, np.round(np.diff(t, prepend=t[0]) / period)).astype(np.int64)
+    steps[steps > gap] = 0
+    steps[0] = 0
+    return steps
+
+
+@numba.njit(cache=True)
+def _respond(Ad, Bt, C, K0, torque, sensed, steps, out):  # type: ignore[no-untyped-def]
+    """Innovations that torques and sensor errors leave in the observer; torque (m, n, q), sensed and out (m, n, p)."""
+    m, n, p = out.shape
+    nx, q = Bt.shape
+    delta, work = np.zeros(nx), np.zeros(nx)
+    for j in range(m):
+        delta[:] = 0.0
+        for k in range(n):
+            if steps[k] == 0:
+                delta[:] = 0.0
+            else:
+                for a in range(nx):
+                    total = 0.0
+                    for b in range(nx):
+                        total += Ad[a, b] * delta[b]
+                    for b in range(q):
+                        total += Bt[a, b] * torque[j, k - 1, b]
+                    work[a] = total
+                delta[:] = work
+            for i in range(p):
+                out[j, k, i] = sensed[j, k, i]
+                for a in range(nx):
+                    out[j, k, i] += C[i, a] * delta[a]
+            for a in range(nx):
+                for i in range(p):
+                    delta[a] -= K0[a, i] * out[j, k, i]
+
+
+def respond(system: Observed, base: Array, torque: Array, sensed: Array, steps: Array) -> Array:
+    """Innovations ``(m, n, 2)`` under the gain `base` that small extra torques and sensor errors leave, by linear theory.
+
+    Parameters
+    ----------
+    torque : (m, n, k) array
+        Extra torque that drives each side, held from each sample to the next [N m].
+    sensed : (m, n, 2) array
+        What is added to measured position and motor speed.
+    """
+    rows = list(system.rows)
+    out = np.zeros((len(torque), torque.shape[1], len(rows)))
+    gain = np.ascontiguousarray(base[: len(system.Ad), rows])
+    _respond(system.Ad, system.Bt, system.C, gain, torque, np.ascontiguousarray(sensed[..., rows]), steps, out)
+    whole = np.full((*torque.shape[:2], 2), np.nan)
+    whole[..., rows] = out
+    return whole
