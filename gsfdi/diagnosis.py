@@ -33,7 +33,7 @@ import numpy as np
 
 from gsfdi import prognosis
 from gsfdi.baseline import JointBaseline, detectors, gather
-from gsfdi.detectors.innovations import cleaned
+from gsfdi.detectors.innovations import cleaned, first_bins
 from gsfdi.directions import Direction, grouped, library
 from gsfdi.types import Action, Array, Due, Finding, JointRecord, Level, Verdict
 
@@ -97,8 +97,10 @@ TWINS: Mapping[str, tuple[str, ...]] = {
     "coulomb_friction": ("presliding_friction",),
 }
 """Faults that leave the same trace in these channels, whatever the motion."""
-SURE = 150.0
-"""Weight of evidence at which the model's own error begins to count for more than noise."""
+SURE = 30.0
+"""Independent pieces of evidence that a batch is taken to hold, however many its samples."""
+ROUGH = 1e-3
+"""Share of a fault's effect that its direction, true to first order, may get wrong."""
 EXPLAINED = 0.3
 """Share of what the batch shows beyond its baseline that a single fault must explain to be named."""
 LIKELY = 0.25
@@ -158,9 +160,13 @@ def assess(
         return replace(refusal, joint=joint)
     findings = _findings(numbers, baseline, limits, settings, joint)
     matched = next((one for one in findings if one.detector == "innovations"), None)
-    candidates = _candidates(matched, numbers["innovations"], baseline, limits) if matched is not None else []
+    bins = numbers["innovations"]
+    span = float(len(bins["g"]) * bins["width"][0])
+    if matched is not None:
+        bins = first_bins(bins, int(matched.evidence["judged_bins"]))  # type: ignore[call-overload]
+    candidates = _candidates(matched, bins, baseline, limits) if matched is not None else []
     when = seen.t0_ns * 1e-9
-    case = _Case(joint, findings, candidates, numbers["innovations"], baseline, limits, history, when)
+    case = _Case(joint, findings, candidates, bins, span, baseline, limits, history, when)
     return _verdict(case, explain)
 
 
@@ -266,9 +272,12 @@ def _candidates(
             best[direction.fault] = got
     ranked = sorted(best.values(), key=lambda one: -one.gain)
     top = ranked[0].gain
-    temper = min(1.0, SURE / max(top, 1.0)) / max(float(baseline.learnt["innovations"]["pooled"][0]), 1.0)
-    weights = np.array([0.5 * temper * (one.gain - top) for one in ranked])
-    weights = np.exp(weights) * np.array([RARE.get(one.direction.fault, 1.0) for one in ranked])
+    # What the best leaves unexplained says how far the model can be trusted; a gain below that decides little.
+    left = max(_excess(numbers, baseline) - top, 0.0) + ROUGH * top + SURE
+    pooled = max(float(baseline.learnt["innovations"]["pooled"][0]), 1.0)
+    short = np.array([top - one.gain for one in ranked])
+    weights = np.exp(-np.minimum(0.5 * short / pooled, 0.5 * SURE * np.log1p(short / left)))
+    weights *= np.array([RARE.get(one.direction.fault, 1.0) for one in ranked])
     weights /= weights.sum()
     ranked = [one._replace(probability=float(w)) for one, w in zip(ranked, weights, strict=True)]
     return sorted(ranked, key=lambda one: -one.probability)
@@ -285,9 +294,13 @@ def _cosines(numbers: Mapping[str, Array], baseline: JointBaseline) -> Array:
 
 def _explains(best: Candidate, numbers: Mapping[str, Array], baseline: JointBaseline) -> bool:
     """Whether one fault is likely enough, and accounts for enough of what the batch shows beyond its baseline."""
+    return best.probability >= LIKELY and best.gain >= EXPLAINED * _excess(numbers, baseline)
+
+
+def _excess(numbers: Mapping[str, Array], baseline: JointBaseline) -> float:
+    """Weighted squares of the innovations beyond those of a fault-free batch as long."""
     energy = numbers["energy"].sum(axis=0)
-    excess = float(energy[0] - energy[1] * baseline.learnt["innovations"]["energy"][0])
-    return best.probability >= LIKELY and best.gain >= EXPLAINED * excess
+    return float(energy[0] - energy[1] * baseline.learnt["innovations"]["energy"][0])
 
 
 def _severity(best: Candidate, baseline: JointBaseline, numbers: Mapping[str, Array], span: float) -> float:
@@ -306,6 +319,7 @@ class _Case(NamedTuple):
     findings: list[Finding]
     candidates: list[Candidate]
     innovations: Mapping[str, Array]
+    span: float
     baseline: JointBaseline
     limits: Limits
     history: Sequence[Mapping[str, object]]
@@ -351,7 +365,7 @@ def _unexplained(
 def _named(case: _Case, methods: Mapping[str, Mapping[str, object]]) -> Verdict:
     """A departure that one fault of the library explains."""
     best, limits = case.candidates[0], case.limits
-    span = float(len(case.innovations["g"]) * case.innovations["width"][0])
+    span = case.span
     severity = _severity(best, case.baseline, case.innovations, span)
     level: Level = (
         "critical" if severity >= limits.critical else "distress" if severity >= limits.distress else "warning"
@@ -361,7 +375,7 @@ def _named(case: _Case, methods: Mapping[str, Mapping[str, object]]) -> Verdict:
     due = case.due(level, fault, best.direction.fault)
     if level == "critical":
         due = replace(due, when=_day(case.when), interval90=(_day(case.when), _day(case.when)),
-                      reason=f"the limit of {100 * limits.critical:.0f} % of the joint's capability is reached")  # fmt: skip
+                      reason=f"the limit of {100 * limits.critical:.0f} % of the capability is reached")  # fmt: skip
     findings = (*case.findings, _diagnosed(case.joint, case.candidates, severity, best))
     onset = best.onset if best.onset > 0.02 * span else 0.0
     return Verdict(

@@ -1,8 +1,8 @@
 """The library of faults as directions: what a small fault of each kind would do to a joint in this motion.
 
 Each entry gives the amplitude, per unit of its parameter and to first order, of what the fault adds to the healthy
-joint: a torque that resists on the motor's or the output's side, a torque in the gearbox spring, or an error of a sensor.
-Ids, parameters and units are the contract's; the full, non-linear laws stand on the shelf of terms, and a test holds
+joint: a torque that resists on the motor's or the output's side, a torque in the gearbox spring, or an error of a
+sensor. Ids, parameters and units are the contract's; the full, non-linear laws stand on the shelf of terms, and a test holds
 the two together. Terms with an unknown phase appear as a sine and a cosine that share a name.
 """
 

@@ -77,6 +77,7 @@ def learn_nominal(records: Sequence[JointRecord], model: JointModel | None) -> N
     noise = [noise_of(np.concatenate([part.values["position"] for part in parts]))]
     if nominal.velocity:
         noise.append(noise_of(np.concatenate([part.values[nominal.velocity] for part in parts])))
+    noise = _declared(noise, model, nominal.velocity)
     turns = nominal.plant.gear_ratio if nominal.velocity == "motor_velocity" else 1.0
     noise_speed = noise[1] / turns if len(noise) > 1 else noise[0] / nominal.step
     brisk = float(np.sqrt(np.mean(np.concatenate([np.gradient(p.values["position"], p.step) for p in parts]) ** 2)))
@@ -90,6 +91,21 @@ def learn_nominal(records: Sequence[JointRecord], model: JointModel | None) -> N
         nominal = _tuned(nominal, parts)
     nominal = _refined(nominal, parts, keys, model)
     return _weighted(nominal, parts)
+
+
+def _declared(found: list[float], model: JointModel | None, velocity: str) -> list[float]:
+    """Noise as the model file states it, unless the recording shows less; what a recording shows holds motion too."""
+    if model is None:
+        return found
+    sensors = model.sensors
+    stated = [(sensors.position_noise, sensors.position_resolution)]
+    if velocity == "motor_velocity":
+        stated.append((sensors.motor_velocity_noise, sensors.motor_velocity_resolution))
+    stated += [(0.0, 0.0)] * (len(found) - len(stated))
+    return [
+        min(seen, float(np.hypot(noise, step / 12.0**0.5))) if noise > 0 else seen
+        for seen, (noise, step) in zip(found, stated, strict=True)
+    ]
 
 
 def _spread(parts: list[Stretch], most: int = 120_000) -> list[Stretch]:

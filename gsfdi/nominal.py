@@ -78,7 +78,7 @@ class Nominal:
 class Watched(NamedTuple):
     """A stretch as the observer saw it; `states` and `u` are calmed, for directions to be evaluated on.
 
-    ``y (n, p)`` the outputs, ``acting (n,)`` the effort and ``torque (n, 3)`` the learnt terms that went into the model.
+    ``y (n, p)`` the outputs, ``acting (n,)`` the effort and ``torque (n, 3)`` the learnt terms in the model.
     """
 
     stretch: Stretch
@@ -242,7 +242,7 @@ def entries(nominal: Nominal, run: Filter, directions: Sequence[Direction]) -> E
 
 
 class Scored(NamedTuple):
-    """Scores ``g``, information ``h`` and ``x`` with the mate by bin, joint information ``H``, energy and count by bin."""
+    """Scores ``g``, information ``h`` and ``x`` with the mate by bin; joint information ``H``; energy by bin."""
 
     g: Array
     h: Array

@@ -22,6 +22,10 @@ THIN = 4
 """The joint information of all directions is summed over every so many samples: it is smooth, and dear."""
 
 
+JUMP = 50.0
+"""How far a lone sample's squared innovation stands above those before it."""
+
+
 class Filter(NamedTuple):
     """A discrete model ready to run: ``x⁺ = Ad x + Bu u + Bt0 τ_k + Bt1 τ_{k+1}``, ``y = C x``, gains by step."""
 
@@ -70,8 +74,8 @@ def innovations(
 ) -> tuple[Array, Array, Array]:  # pragma: no cover
     """Run the filter.
 
-    A sample whose weighted innovation exceeds `gate` is passed over, unless it is the fourth in a row: a lone flipped
-    value must not kick the state, a real change must be followed.
+    A sample whose weighted innovation exceeds `gate`, and stands far above those just before it, is passed over unless
+    it is the fourth in a row: a lone flipped value must not kick the state, a real change must be followed.
 
     Returns
     -------
@@ -84,7 +88,7 @@ def innovations(
     """
     n, nx, p = len(u), Ad.shape[0], C.shape[0]
     e, states, used = np.zeros((n, p)), np.zeros((n, nx)), np.ones(n)
-    last, refused = gains.shape[0] - 1, 0
+    last, refused, level = gains.shape[0] - 1, 0, 0.0
     new = np.zeros(nx)
     for k in range(n):
         size = 0.0
@@ -97,11 +101,12 @@ def innovations(
             for j in range(p):
                 size += e[k, i] * weight[i, j] * e[k, j]
         K = gains[min(k, last)]
-        if k > 20 and not size < gate and refused < 3:
+        if k > 20 and not size < max(gate, JUMP * level) and refused < 3:
             refused += 1
             used[k] = 0.0
         else:
             refused = 0
+            level = 0.8 * level + 0.2 * size
             for a in range(nx):
                 for i in range(p):
                     x[a] += K[a, i] * e[k, i]

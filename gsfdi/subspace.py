@@ -1,8 +1,8 @@
 """Subspace identification without the Hankel matrix: its Gram from lagged products, in one pass.
 
-With ``w_k = [u_k, y_k]`` the block Hankel matrix of L block rows has the Gram ``G[i, j] = Σ_k w_{k+i} w_{k+j}ᵀ``. Its first
-block row is all that has to be summed over the data; the others follow from it by displacement,
-``G[i+1, j+1] = G[i, j] - w_i w_jᵀ + w_{N+i} w_{N+j}ᵀ``, so the cost is that of L lagged products and the memory that of G.
+With ``w_k = [u_k, y_k]`` the block Hankel matrix of L block rows has the Gram ``G[i, j] = Σ_k w_{k+i} w_{k+j}ᵀ``. Its
+first block row is all that has to be summed over the data; the others follow from it by displacement,
+``G[i+1, j+1] = G[i, j] - w_i w_jᵀ + w_{N+i} w_{N+j}ᵀ``: the cost is that of L lagged products, the memory that of G.
 A Gram squares the condition number: where it has become too large (noise-free data) the triangular factor comes from a
 QR decomposition in blocks instead.
 
@@ -154,7 +154,7 @@ def factor(w: Sequence[Array], lags: int, order: Array, needed: int) -> Factor:
 
 
 class Observability(NamedTuple):
-    """Orthonormal basis ``(s p, n)`` of the extended observability matrix, all singular values, and how it was found."""
+    """Orthonormal basis ``(s p, n)`` of the observability matrix, all singular values, and how they were found."""
 
     basis: Array
     singular_values: Array

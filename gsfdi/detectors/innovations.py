@@ -20,6 +20,8 @@ from gsfdi.types import Array, Finding
 
 BIN = 0.25
 """Width of a bin of time at first [s]; onsets are found to about this."""
+ENOUGH = 15.0
+"""Deviations that the part before a runaway must show to be judged alone."""
 LEAST = 0.01
 """Share of the batch's information that must lie after an onset for it to be considered."""
 
@@ -88,7 +90,7 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
 
 
 def cleaned(numbers: Numbers, lean: Array, drift: Array) -> Array:
-    """Scores without what a fault-free joint shows in the mean; where there is no motion, no more than noise is taken."""
+    """Scores without what a fault-free joint shows in the mean; at rest no more than noise is taken from them."""
     h, count = numbers["h"], numbers["energy"][:, 1:]
     steady = np.sign(drift) * np.minimum(np.abs(drift) * count, 0.2 * np.sqrt(h))
     return np.asarray(numbers["g"] - lean * h - steady)
@@ -129,8 +131,8 @@ class Lean(NamedTuple):
     """How strongly the batch leans towards a fault.
 
     ``z`` in deviations, ``robust`` what is left of it without its strongest bins; ``gain`` the drop of the innovations'
-    weighted squares; ``size`` and ``error`` of the fault's parameter (of a wave, its amplitude); ``onset`` a bin; ``ramp``
-    whether it grows from there.
+    weighted squares; ``size`` and ``error`` of the fault's parameter (of a wave, its amplitude); ``onset`` a bin;
+    ``ramp`` whether it grows from there.
     """
 
     name: str
@@ -145,7 +147,7 @@ class Lean(NamedTuple):
 
 
 class _Sums(NamedTuple):
-    """From every possible onset to the end: score (onsets, k), information and covariance of the score (onsets, k, k)."""
+    """From every possible onset to the end: score (onsets, k), its information and covariance (onsets, k, k)."""
 
     g: Array
     info: Array
@@ -227,7 +229,7 @@ def _strongest(
         safe = np.diagonal(sums.info, axis1=1, axis2=2) > (1e-5 * late[:, None] ** 2 * tail if ramp else 0.0)
         gain = np.where(told & safe.all(axis=1), _deviations(sums.g, sums.info), 0.0) ** 2
         at = int(np.argmax(gain))
-        if gain[at] > best.gain * (1.02 if ramp else 1.0) + (RAMP if ramp else 0.0):
+        if gain[at] > best.gain * (1.001 if ramp else 1.0) + (RAMP if ramp else 0.0):
             best = _described(best, g, sums, late, at, ramp)
     return best
 
@@ -280,12 +282,42 @@ def _whole(numbers: Numbers, learnt: Numbers, found: Sequence[Lean]) -> tuple[Ar
     return sizes, errors, factors
 
 
+def before_runaway(numbers: Numbers, learnt: Numbers) -> Numbers:
+    """Bins before the joint departs from its baseline by a third of what drives it, where directions stop being small.
+
+    A loop that has gone unstable says nothing more of what made it so; what came before does.
+    """
+    energy, h = numbers["energy"], numbers["h"]
+    kind = numbers["kind"]
+    torque = [one.fault for one in library(bool(kind[0]), bool(kind[1]), bool(kind[2]))].index("torque_constant_change")
+    span = max(1, round(2.0 / float(numbers["width"][0])))
+    ones = np.ones(span)
+    usual = float(learnt["energy"][0])
+    excess = np.convolve(energy[:, 0] - usual * energy[:, 1], ones, mode="full")[: len(h)]
+    driven = np.convolve(h[:, torque], ones, mode="full")[: len(h)]
+    count = np.convolve(energy[:, 1], ones, mode="full")[: len(h)]
+    gone = (excess > 0.09 * driven) & (excess > 100.0 * usual * count) & (count > 0)
+    if not gone.any():
+        return numbers
+    end = max(int(np.argmax(gone)), 1)
+    return first_bins(numbers, end)
+
+
+def first_bins(numbers: Numbers, count: int) -> Numbers:
+    """Only the first `count` bins of a batch."""
+    return {key: some[:count] if key in ("g", "h", "x", "energy") else some for key, some in numbers.items()}
+
+
 def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, float]) -> Finding | None:
     """Judge a batch by the strongest of its leans."""
     if not len(numbers.get("g", ())) or float(numbers["h"].sum()) <= 0:
         return None
     kind = numbers["kind"]
-    found = leans(numbers, learnt, library(bool(kind[0]), bool(kind[1]), bool(kind[2])))
+    directions = library(bool(kind[0]), bool(kind[1]), bool(kind[2]))
+    early = before_runaway(numbers, learnt)
+    found = leans(early, learnt, directions)
+    if len(early["g"]) < len(numbers["g"]) and max(one.robust for one in found) < ENOUGH:
+        early, found = numbers, leans(numbers, learnt, directions)
     looks = len(found) * (4.0 + 6.0 * np.log(max(len(numbers["g"]), 2)))
     dof = float(max(learnt["blocks"][0] - 1.0, 3.0))
     limit = float(stats.t.isf(rate / (2.0 * looks), dof))
@@ -295,14 +327,14 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     p = float(min(1.0, 2.0 * looks * stats.t.sf(best.robust if not lasting else best.z, dof)))
     named = max(lasting or found, key=lambda one: one.gain)
     j = list(named.members)
-    g, h = cleaned(numbers, learnt["lean"], learnt["drift"])[:, j], numbers["h"][:, j]
+    g, h = cleaned(early, learnt["lean"], learnt["drift"])[:, j], early["h"][:, j]
     run = np.cumsum(g, axis=0) / np.sqrt(np.maximum(learnt["within"][j] * np.cumsum(h, axis=0), 1e-300))
     residual = run[:, int(np.argmax(np.abs(run[-1])))]
     sizes, errors, factors = _whole(numbers, learnt, found)
     evidence: dict[str, object] = {
         "t": width * (np.arange(len(g)) + 1.0), "residual": residual, "threshold": limit,
         "names": [one.name for one in found], "ramp": np.array([float(one.ramp) for one in found]),
-        "onset": np.array([one.onset * width for one in found]),
+        "onset": np.array([one.onset * width for one in found]), "judged_bins": float(len(early["g"])),
         "share": sizes * factors, "share_error": errors * factors,
         **{key: np.array([getattr(one, key) for one in found]) for key in ("z", "robust", "gain", "size", "error")},
     }  # fmt: skip

@@ -2,11 +2,11 @@
 
 A finding reads: *the parity residual of 21 samples grew to 9.4 times its usual power from 10.5 s on.*
 
-``r = wᵀ V (Y - T U)``: stacked outputs less what the inputs explain, seen through the left null space V of the observability
-matrix, so that the unknown state drops out. With ``y = C x + v`` the noise of ``V(Y - T U)`` has covariance N and a fault
-of the drive the Gram F; w is the eigenvector of the *largest* eigenvalue of (F, N). Three samples weigh noise as much as
-the fault; twenty-one see far more, and their power is watched by a cumulative sum whose limit follows from the wander
-of fault-free batches.
+``r = wᵀ V (Y - T U)``: stacked outputs less what the inputs explain, seen through the left null space V of the
+observability matrix, so that the unknown state drops out. With ``y = C x + v`` the noise of ``V(Y - T U)`` has
+covariance N and a fault of the drive the Gram F; w is the eigenvector of the *largest* eigenvalue of (F, N). Three
+samples weigh noise as much as the fault; twenty-one see far more, and their power is watched by a cumulative sum whose
+limit follows from the wander of fault-free batches.
 """
 
 from collections.abc import Mapping, Sequence

@@ -138,7 +138,8 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     shown = numbers["shown"]
     drawn = {name: shown[:, k + 1] for k, name in enumerate(SHOWN) if np.isfinite(shown[:, k + 1]).any()}
     return Finding(
-        "signals", "signal", "", bool(p_values[i] < rate), float(p_values[i]), float(abs(scores[i])), limit, "deviations",
+        "signals", "signal", "", bool(p_values[i] < rate), float(p_values[i]), float(abs(scores[i])), limit,
+        "deviations",
         f"{names[i]} is {abs(scores[i]):.1f} deviations {side} its baseline (limit {limit:.1f})", None,
         {"t": shown[:, 0], **drawn, "features": names, "scores": scores, "threshold": limit, "feature": names[i]},
     )  # fmt: skip

@@ -154,7 +154,8 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     return Finding(
         "smi", "smi", "", alarm, float(min(1.0, 2.0 * min(angle.p, gain.p))), typical, limit, "rad", sentence,
         max(onset, 0.0) if onset is not None else None,
-        {"t": ends, "angles": np.exp(logs), "threshold": limit, "markov": (gains - learnt["gain"][0]) / learnt["gain"][1],
+        {"t": ends, "angles": np.exp(logs), "threshold": limit,
+         "markov": (gains - learnt["gain"][0]) / learnt["gain"][1],
          "markov_gain": gains, "markov_threshold": gain.limit},
     )  # fmt: skip
 
