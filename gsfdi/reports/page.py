@@ -37,7 +37,9 @@ def environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters.update(words=words, number=number, percent=percent, chance=chance, local=local, sentence=sentence)
+    templates.filters.update(
+        words=words, number=number, percent=percent, likely=likely, chance=chance, local=local, sentence=sentence
+    )
     return templates
 
 
@@ -98,6 +100,17 @@ def percent(share: float | None) -> str:
     if 0 < share < 0.001:
         return "< 0.1 %"
     return f"{100 * share:.0f} %" if 0.1 <= share <= 0.9949 or share in (0, 1) else f"{100 * share:.1f} %"
+
+
+def likely(probability: float | None) -> str:
+    """Write a probability in percent; nothing that was inferred is certain.
+
+    Examples
+    --------
+    >>> likely(1.0), likely(0.97), likely(0.0)
+    ('> 99.9 %', '97 %', '< 0.1 %')
+    """
+    return percent(probability if probability is None else min(max(probability, 1e-9), 1 - 1e-9))
 
 
 def chance(p_value: float | None) -> str:

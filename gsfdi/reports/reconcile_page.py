@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from gsfdi.reports.page import Figure, percent, plotted, render, words
+from gsfdi.reports.page import Figure, likely, percent, plotted, render, words
 from gsfdi.reports.quantities import quantity
 from gsfdi.svg import Bar, Line, Plot, Tone, draw_bars, draw_map
 from gsfdi.svg.scale import prefixed
@@ -77,7 +77,7 @@ def named(term: Fields) -> str:
 
 def sentence(joint: Fields) -> str:
     """Say the outcome of one joint in a line."""
-    terms = [f"{named(term)}, {percent(term.get('probability'))}" for term in joint.get("omitted_physics", ())]
+    terms = [f"{named(term)}, {likely(term.get('probability'))}" for term in joint.get("omitted_physics", ())]
     outcome = HEADLINES.get(joint["verdict"], words(joint["verdict"]))
     return outcome + (": " + "; ".join(terms) if terms else "")
 

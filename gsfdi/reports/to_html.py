@@ -55,15 +55,16 @@ def part(index: int, name: str, one: Judged, columns: int, limit: float) -> Join
     trend = list(trend_figures(verdict, ledger, limit))
     plots = signal_plots(record, verdict.onset_s) if record is not None else {}
     signals = [plotted(plot, columns=columns) for plot in plots.values()]
-    shown = trend + evidence_figures(verdict, columns) + signals[:TELLING]
+    alarms, rest = (evidence_figures(verdict, columns, alarm) for alarm in (True, False))
     quiet = verdict.verdict == "normal"
+    leading = trend + alarms + ([] if quiet else signals[:TELLING])
     return JointPart(
         anchor=f"joint-{index}",
         name=name,
         verdict=verdict,
         action=ACTIONS[verdict.action],
-        leading=trend if quiet else shown,
-        further=shown[len(trend) :] + signals[TELLING:] if quiet else signals[TELLING:],
+        leading=leading,
+        further=rest + (signals if quiet else signals[TELLING:]),
         findings=by_weight(verdict.findings),
         quality=quality_rows(record.quality if record is not None else {}),
     )

@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from gsfdi.channels import CHANNELS
-from gsfdi.reports.page import Figure, number, percent, plotted, sentence, words
+from gsfdi.reports.page import Figure, likely, number, plotted, sentence, words
 from gsfdi.svg import Bar, Instant, Level, Line, Mark, Plot, draw_bars
 from gsfdi.types import Array, Finding, JointRecord, Verdict
 
@@ -57,9 +57,9 @@ def signal_plots(record: JointRecord, onset_s: float | None) -> dict[str, Plot]:
     return plots
 
 
-def evidence_figures(verdict: Verdict, columns: int) -> list[Figure]:
-    """Draw the evidence of every finding: the diagnosis, then the alarms, then the rest."""
-    order = by_weight(verdict.findings)
+def evidence_figures(verdict: Verdict, columns: int, alarm: bool) -> list[Figure]:
+    """Draw the evidence of every finding that alarmed, or of every other."""
+    order = [finding for finding in by_weight(verdict.findings) if bool(finding.alarm) is alarm]
     return [figure for finding in order for figure in drawer(finding)(finding, columns)]
 
 
@@ -114,7 +114,7 @@ def diagnosis(finding: Finding, columns: int) -> Iterator[Figure]:
     evidence: Evidence = finding.evidence
     rows = zip(evidence["names"], evidence["probabilities"], evidence["cosines"], strict=True)
     bars = [
-        Bar(words(name), float(share), tone="quiet" if i else "alarm", note=f"{percent(share)}; cosine {cosine:.2f}")
+        Bar(words(name), float(share), tone="quiet" if i else "alarm", note=f"{likely(share)}; cosine {cosine:.2f}")
         for i, (name, share, cosine) in enumerate(rows)
     ]
     caption = (
