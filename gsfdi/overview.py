@@ -6,8 +6,8 @@ import numpy as np
 
 from gsfdi.types import Array, JointRecord
 
-MOST = 60_000
-"""Samples kept at most: ten minutes at 100 Hz are kept whole."""
+MOST = 30_000
+"""From this many to twice as many samples are kept: five minutes at 100 Hz are kept whole."""
 
 
 class Overview:

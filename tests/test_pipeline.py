@@ -115,8 +115,7 @@ def test_pieces_and_processes_do_not_change_a_verdict(
 ) -> None:
     monkeypatch.setattr(analyzing, "LARGE", 0 if jobs > 1 else 1 << 40)
     if jobs == 1:
-        whole = reading.stream
-        monkeypatch.setattr(reading, "stream", lambda *given: whole(*given, piece=40_000))
+        monkeypatch.setattr(analyzing, "PIECE", 40_000)
     analyze([str(NIGHT)], store=store, out=tmp_path, crew=Crew(jobs))
     again, first = without_the_clock(tmp_path), without_the_clock(night)
     for one, other in zip(again["joints"], first["joints"], strict=True):

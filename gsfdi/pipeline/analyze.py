@@ -11,12 +11,12 @@ from queue import Queue
 
 from gsfdi import ingest as reading
 from gsfdi.atomic import write_text
-from gsfdi.baseline import Baseline, JointBaseline
+from gsfdi.baseline import Baseline, JointBaseline, part_of
 from gsfdi.diagnosis import Limits, assess, unjudged
 from gsfdi.mapping import Mapping as LogMapping
 from gsfdi.overview import Overview
 from gsfdi.pipeline.baseline import load
-from gsfdi.pipeline.history import foretold
+from gsfdi.pipeline.history import foretold, past
 from gsfdi.pipeline.outcome import Outcome, key_of, mappings_of, need
 from gsfdi.registry import shelf
 from gsfdi.reports import Analysis
@@ -27,6 +27,10 @@ from gsfdi.workers import ALONE, Crew, Report, each, silent
 
 LARGE = 64 << 20
 """Bytes of input from which more processes than one are worth their start."""
+PIECE = 400_000
+"""Values of all channels that are read at a time."""
+SAMPLES = 30_000
+"""Samples that go to the detectors at a time, five minutes at 100 Hz: they work with a kilobyte and more for each."""
 USUAL = ("json", "csv", "html")
 
 
@@ -89,7 +93,7 @@ def watch(share: Share) -> tuple[list[Judged], list[Problem], dict[str, str]]:
     desks: dict[str, Desk] = {}
     with ThreadPoolExecutor(max_workers=1024) as threads:
         try:
-            for batch in reading.stream(share.paths, share.mappings, share.joints):
+            for batch in reading.stream(share.paths, share.mappings, share.joints, PIECE):
                 problems += batch.problems
                 for record in batch.records:
                     hashes[record.source] = record.sha256
@@ -115,8 +119,8 @@ def _limits(share: Share) -> tuple[Limits, int | None]:
 class Desk:
     """Where one joint's pieces go: a detector battery that pulls them runs in a thread of its own.
 
-    The stream gives pieces of all joints in turn while the battery wants those of one; the short queue between them
-    is what bounds the memory.
+    The stream gives pieces of all joints in turn while the battery wants those of one. Each piece is worked off before
+    the next is read, so that memory holds one, however many joints there are; the threads only take turns.
     """
 
     def __init__(
@@ -129,16 +133,18 @@ class Desk:
     ) -> None:
         self._key, self._first = key, first
         self._overview = Overview()
-        self._queue: Queue[JointRecord | None] = Queue(maxsize=2)
+        self._queue: Queue[JointRecord | None] = Queue()
         self._verdict: Future[Verdict] | None = None
         if baseline is not None:
             self._verdict = threads.submit(self._judge, baseline, share)
 
     def take(self, piece: JointRecord) -> None:
-        """Pass on one more piece."""
+        """Pass on one more piece, and wait until it is worked off."""
         self._overview.add(piece)
         if self._verdict is not None:
-            self._queue.put(piece)
+            for start in range(0, len(piece.t), SAMPLES):
+                self._queue.put(part_of(piece, start, start + SAMPLES))
+                self._queue.join()
 
     def close(self) -> None:
         """Say that there are no more."""
@@ -167,6 +173,7 @@ class Desk:
     def _pieces(self) -> Iterator[JointRecord]:
         while (piece := self._queue.get()) is not None:
             yield piece
+            self._queue.task_done()
 
 
 def baseline_of(baseline: Baseline, record: JointRecord) -> JointBaseline | None:
@@ -262,6 +269,10 @@ def analyze(
         verdicts=tuple(one.verdict for one in judged),
         records=tuple(one.record for one in judged),
         problems=tuple(problems),
+        ledgers=tuple(
+            tuple(past(keep, one.record.robot, one.verdict.joint, 1e-9 * one.record.t0_ns, digest)) for one in judged
+        ),
+        limit=Limits().distress,
     )
     written = write_reports(analysis, out, [*USUAL, *reports])
     several = len({one.record.robot for one in judged}) > 1
