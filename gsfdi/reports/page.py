@@ -123,7 +123,7 @@ def chance(p_value: float | None) -> str:
     """
     if p_value is None or math.isnan(p_value):
         return "–"
-    if p_value < 1e-300:
+    if p_value <= 1e-300:
         return "< 1e−300"
     return f"{p_value:.2g}" if p_value >= 0.001 else f"{p_value:.0e}".replace("e-0", "e-").replace("-", "−")
 

@@ -4,7 +4,7 @@ A joint's evidence is a mapping; what it lacks is left out of the page. Its keys
 
 ``overlays``
     sequence of mappings with ``name`` (a published column such as ``motor_current_a``), ``t`` [s], ``recorded``,
-    ``before`` and ``after`` (arrays as long as ``t``; either may be missing). Held-out time, drawn with its residual.
+    ``before`` and ``after`` (arrays as long as ``t``; any may be missing). Held-out time, drawn with its residual.
 ``maps``
     sequence of mappings with ``title``, ``x``, ``y`` (published names of the covariates), ``x_edges``, ``y_edges``,
     ``before`` and ``after``: mean residual by cell, (ny, nx), NaN where the joint never was.
@@ -25,6 +25,7 @@ import numpy as np
 from markupsafe import Markup
 
 from gsfdi.reports.page import Figure, likely, percent, plotted, render, words
+from gsfdi.reports.page import sentence as finished
 from gsfdi.reports.quantities import quantity
 from gsfdi.svg import Bar, Line, Plot, Tone, draw_bars, draw_map
 from gsfdi.svg.scale import prefixed
@@ -86,35 +87,25 @@ def overlays(joint: str, evidence: Fields, columns: int) -> Iterator[Figure]:
     """Draw the recording with the old and the new simulation, and what each leaves over."""
     for item in evidence.get("overlays", ()):
         name, unit = quantity(item["name"])
-        t, recorded = np.asarray(item["t"], float), np.asarray(item["recorded"], float)
+        t = np.asarray(item["t"], float)
         runs = [(tone, np.asarray(item[tone], float)) for tone in RUNS if item.get(tone) is not None]
+        recorded = None if item.get("recorded") is None else np.asarray(item["recorded"], float)
         curves = [Line(t, values, RUNS[tone], tone) for tone, values in runs]
-        yield plotted(
-            Plot(
-                f"{joint}: {name}, held out",
-                f"{name.capitalize()} on data that took no part: recorded, old and new simulation.",
-                (Line(t, recorded, "recorded", "quiet"), *curves),
-                y_label=name,
-                y_unit=unit,
-            ),
-            columns=columns,
-        )
-        left = [Line(t, recorded - values, RUNS[tone], tone) for tone, values in runs]
-        yield plotted(
-            Plot(
-                f"{joint}: residual of {name}, held out",
-                f"What each simulation leaves over in {name}.",
-                tuple(left),
-                y_label="residual",
-                y_unit=unit,
-            ),
-            columns=columns,
-        )
+        if recorded is not None:
+            curves.insert(0, Line(t, recorded, "recorded", "quiet"))
+        caption = f"{name.capitalize()} on data that took no part" + (", not measured." if recorded is None else ".")
+        plot = Plot(f"{joint}: {name}, held out", caption, tuple(curves), y_label=name, y_unit=unit)
+        yield plotted(plot, columns=columns)
+        if recorded is not None:
+            left = tuple(Line(t, recorded - values, RUNS[tone], tone) for tone, values in runs)
+            caption = f"What each simulation leaves over in {name}."
+            plot = Plot(f"{joint}: residual of {name}, held out", caption, left, y_label="residual", y_unit=unit)
+            yield plotted(plot, columns=columns)
 
 
 def profiles(joint: str, evidence: Fields) -> Iterator[Figure]:
-    """Draw the mean residual along one covariate, before and after."""
-    for item in evidence.get("profiles", ()):
+    """Draw the mean residual along each covariate, before and after; the most uneven come first."""
+    for item in sorted(evidence.get("profiles", ()), key=unevenness, reverse=True):
         (x_name, x_unit), (y_name, y_unit) = quantity(item["covariate"]), quantity(item["unknown"])
         lines = [Line(item["at"], item[tone], tone, tone) for tone in RUNS if item.get(tone) is not None]
         yield plotted(
@@ -130,6 +121,13 @@ def profiles(joint: str, evidence: Fields) -> Iterator[Figure]:
         )
 
 
+def unevenness(profile: Fields) -> float:
+    """How much the mean residual before differs along the covariate."""
+    before = np.asarray(profile["before"], float)
+    known = before[np.isfinite(before)]
+    return float(np.std(known)) if known.size else 0.0
+
+
 def maps(joint: str, evidence: Fields) -> Iterator[Figure]:
     """Draw each residual map before and after on one scale of colour."""
     for item in evidence.get("maps", ()):
@@ -137,7 +135,8 @@ def maps(joint: str, evidence: Fields) -> Iterator[Figure]:
         x_edges, x_shown = edges(item["x_edges"], x_unit)
         y_edges, y_shown = edges(item["y_edges"], y_unit)
         full = float(np.nanmax(np.abs(np.asarray(item["before"], float)), initial=0.0)) or 1.0
-        caption = f"{item['title']}, before and after (full colour at ±{full:.3g}; blue above zero, orange below)."
+        scale = f"full colour at ±{full:.3g}; blue above zero, orange below"
+        caption = finished(f"{item['title']}, before and after ({scale}).")
         drawings = [
             draw_map(
                 f"{joint}: {item['title']}, {tone}",
@@ -164,10 +163,16 @@ def edges(values: Any, unit: str) -> tuple[tuple[float, float], str]:
 
 def ranking(joint: str, evidence: Fields) -> Iterator[Figure]:
     """Draw how the hypotheses compare."""
-    rows = list(evidence.get("ranking", ()))[:12]
+    rows = list(evidence.get("ranking", ()))[:8]
     key = "probability" if rows and rows[0].get("probability") is not None else "score"
     bars = [
-        Bar(named(row), float(row.get(key) or 0.0), tone="after" if i == 0 else "quiet") for i, row in enumerate(rows)
+        Bar(
+            named(row),
+            float(row.get(key) or 0.0),
+            tone="quiet" if i else "after",
+            note=likely(row.get(key)) if key == "probability" else "",
+        )
+        for i, row in enumerate(rows)
     ]
     if bars:
         caption = f"Hypotheses by {key}."
@@ -234,7 +239,8 @@ def part(index: int, story: Story, columns: int) -> dict[str, object]:
         "fit": fit_rows(joint),
         "held_out": (joint.get("fit") or {}).get("held_out_seconds"),
         "overlays": list(overlays(name, evidence, columns)),
-        "maps": [*maps(name, evidence), *profiles(name, evidence)],
+        "maps": list(maps(name, evidence)),
+        "profiles": list(profiles(name, evidence)),
         "places": [*places(joint)],
         "ranking": [*ranking(name, evidence)],
         "hypotheses": [{**row, "name": named(row)} for row in evidence.get("ranking", ())],
