@@ -38,7 +38,7 @@ def environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     templates.filters.update(
-        words=words, number=number, percent=percent, likely=likely, chance=chance, local=local, sentence=sentence
+        words=words, number=number, percent=percent, likely=likely, chance=chance, local=local, sentence=finished
     )
     return templates
 
@@ -128,12 +128,12 @@ def chance(p_value: float | None) -> str:
     return f"{p_value:.2g}" if p_value >= 0.001 else f"{p_value:.0e}".replace("e-0", "e-").replace("-", "−")
 
 
-def sentence(text: str) -> str:
+def finished(text: str) -> str:
     """Begin with a capital and end with a stop.
 
     Examples
     --------
-    >>> sentence("the residual of SH1 stays low")
+    >>> finished("the residual of SH1 stays low")
     'The residual of SH1 stays low.'
     """
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")

@@ -24,8 +24,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from gsfdi.reports.page import Figure, likely, percent, plotted, render, words
-from gsfdi.reports.page import sentence as finished
+from gsfdi.reports.page import Figure, finished, likely, percent, plotted, render, words
 from gsfdi.reports.quantities import quantity
 from gsfdi.svg import Bar, Line, Plot, Tone, draw_bars, draw_map
 from gsfdi.svg.scale import prefixed

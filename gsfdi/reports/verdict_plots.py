@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from gsfdi.channels import CHANNELS
-from gsfdi.reports.page import Figure, likely, number, plotted, sentence, words
+from gsfdi.reports.page import Figure, finished, likely, number, plotted, words
 from gsfdi.svg import Bar, Instant, Level, Line, Mark, Plot, draw_bars
 from gsfdi.types import Array, Finding, JointRecord, Verdict
 
@@ -126,7 +126,7 @@ def diagnosis(finding: Finding, columns: int) -> Iterator[Figure]:
 def innovations(finding: Finding, columns: int) -> Iterator[Figure]:
     """Draw how far the innovations lean towards the most likely fault."""
     caption = "Innovations, summed along the most likely fault: how far the batch leans towards it."
-    yield from watched(finding, columns, name="lean", unit="1", caption=f"{caption} {sentence(finding.sentence)}")
+    yield from watched(finding, columns, name="lean", unit="1", caption=f"{caption} {finished(finding.sentence)}")
 
 
 def parity(finding: Finding, columns: int) -> Iterator[Figure]:
