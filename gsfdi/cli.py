@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from gsfdi import __version__
-from gsfdi.console import Progress, fail, start_log
+from gsfdi.console import Progress, fail, start_log, talkative
 from gsfdi.errors import GsfdiError, UnusableInputError
 
 if TYPE_CHECKING:
@@ -532,7 +532,7 @@ def show(outcome: "Outcome", as_json: bool, quiet: bool, fail_on: str | None = N
     int
         Exit status; a verdict that reached `fail_on` outranks damaged input.
     """
-    for line in outcome.log:
+    for line in outcome.log(notes=talkative()):
         click.echo(line, err=True)
     if as_json:
         click.echo(json.dumps(outcome.result, indent=1))

@@ -30,6 +30,11 @@ def start_log(verbose: int, quiet: bool) -> None:
     divert_warnings(LOG.handlers[0] if verbose > 1 else logging.NullHandler())
 
 
+def talkative() -> bool:
+    """Whether ``-v`` was given."""
+    return LOG.isEnabledFor(logging.INFO)
+
+
 def divert_warnings(handler: logging.Handler) -> None:
     """Send Python's warnings to `handler`: they help whoever mends gsfdi, not whoever runs it at night.
 

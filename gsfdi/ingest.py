@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Map
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -268,7 +268,8 @@ class _Held:
         source = str(self.path)
         if not self.ends:
             wanted = f" of {', '.join(self.joints)}" if self.joints else ""
-            yield Problem(source, f"holds no joint telemetry{wanted}", "see what it holds with --dry-run", "left_out")
+            kind: Literal["note", "left_out"] = "note" if self.joints else "left_out"  # other files may hold them
+            yield Problem(source, f"holds no joint telemetry{wanted}", "see what it holds with --dry-run", kind)
         for joint in self.strays:
             what = f"is damaged: it names a joint {joint!r} in {STRAY} messages at most; they were left out"
             yield Problem(source, what, "fetch the file again")

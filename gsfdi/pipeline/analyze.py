@@ -17,7 +17,7 @@ from gsfdi.mapping import Mapping as LogMapping
 from gsfdi.overview import Overview
 from gsfdi.pipeline.baseline import load
 from gsfdi.pipeline.history import foretold, past
-from gsfdi.pipeline.outcome import Outcome, key_of, mappings_of, need
+from gsfdi.pipeline.outcome import Outcome, absent, key_of, mappings_of, need
 from gsfdi.registry import shelf
 from gsfdi.reports import Analysis
 from gsfdi.reports import Report as Form
@@ -254,6 +254,7 @@ def analyze(
     judged = in_order([one for some, _, _ in done for one in some], baseline)
     problems = list(dict.fromkeys(problem for _, some, _ in done for problem in some))
     need(judged, problems)
+    problems += absent(joints, (one.verdict.joint for one in judged))
     hashes = {path: sha for _, _, some in done for path, sha in some.items()}
     batch, keep = together(hashes), Store(store)
     judged = [

@@ -14,7 +14,7 @@ from gsfdi.baseline import Baseline, JointBaseline, learn_joint
 from gsfdi.errors import BaselineError, GsfdiError, UnusableInputError
 from gsfdi.model import JointModel
 from gsfdi.modelfile import Models, load_models
-from gsfdi.pipeline.outcome import Outcome, by_joint, mappings_of, need
+from gsfdi.pipeline.outcome import Outcome, absent, by_joint, mappings_of, need
 from gsfdi.store import Store
 from gsfdi.types import JointRecord, Problem
 from gsfdi.workers import ALONE, Crew, Report, each, silent
@@ -64,7 +64,7 @@ def baseline(
     batch = reading.read(reading.gather(sources), mappings_of(mappings), joints)
     need(batch.records, batch.problems)
     sorted_by_joint = by_joint(batch.records)
-    problems = list(batch.problems)
+    problems = [*batch.problems, *absent(joints, (record.joint for record in batch.records))]
     lessons = [Lesson(tuple(some), model_of(models, some[0].joint, problems)) for some in sorted_by_joint.values()]
     learnt = dict(zip(sorted_by_joint, each(learn, lessons, crew, progress, "baselines"), strict=True))
     problems += [one for one in learnt.values() if isinstance(one, Problem)]

@@ -7,7 +7,7 @@ from typing import Any
 
 from gsfdi import ingest as reading
 from gsfdi.errors import GsfdiError
-from gsfdi.pipeline.outcome import Outcome, mappings_of, need
+from gsfdi.pipeline.outcome import Outcome, absent, mappings_of, need
 from gsfdi.store import Store
 from gsfdi.types import Batch, JointRecord, Problem
 from gsfdi.workers import Report, silent
@@ -71,6 +71,7 @@ def ingest(
         rows += [{"source": str(path), "new": bool(written), **row} for row in found]
         added += bool(written)
     need(rows, problems)
+    problems += absent(joints, (str(row["joint"]) for row in rows))
     result = {
         "schema": "gsfdi/ingest/1",
         "store": str(store),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gsfdi.errors import UnusableInputError, one_line
+from gsfdi.errors import UnusableInputError, nearest, one_line
 from gsfdi.ingest import load_mapping
 from gsfdi.mapping import Mapping
 from gsfdi.types import JointRecord, Level, Problem
@@ -32,10 +32,16 @@ class Outcome:
     problems: Sequence[Problem] = ()
     levels: Sequence[Level] = ()
 
-    @property
-    def log(self) -> list[str]:
-        """One line per problem."""
-        return [one_line(f"{p.path}: {p.what}" + (f"; {p.mend}" if p.mend else "")) for p in self.problems]
+    def log(self, notes: bool) -> list[str]:
+        """One line per problem.
+
+        Parameters
+        ----------
+        notes : bool
+            Whether to give notes too, which cost no telemetry.
+        """
+        told = [problem for problem in self.problems if notes or problem.kind != "note"]
+        return [one_line(f"{p.path}: {p.what}" + (f"; {p.mend}" if p.mend else "")) for p in told]
 
     @property
     def damaged(self) -> bool:
@@ -57,6 +63,24 @@ def need(found: Sequence[object], problems: Sequence[Problem]) -> None:
         first = problems[0] if problems else Problem("input", "holds no joint telemetry")
         more = f" (and {len(problems) - 1} more like it)" if len(problems) > 1 else ""
         raise UnusableInputError(first.path, first.what + more, first.mend)
+
+
+def absent(wanted: Sequence[str], found: Iterable[str]) -> list[Problem]:
+    """Say which of the joints that were asked for are in none of the files.
+
+    Parameters
+    ----------
+    wanted : sequence of str
+        Joints asked for.
+    found : iterable of str
+        Joints that there are.
+    """
+    there = sorted(set(found))
+    return [
+        Problem(f"--joint {joint}", "is in none of the files", nearest(joint, there), "left_out")
+        for joint in wanted
+        if joint not in there
+    ]
 
 
 def mappings_of(paths: Sequence[Path]) -> tuple[Mapping, ...]:

@@ -13,7 +13,7 @@ from gsfdi.atomic import write_text
 from gsfdi.errors import GsfdiError, UnusableInputError, nearest
 from gsfdi.model import JointModel
 from gsfdi.modelfile import dump, load_models, terms
-from gsfdi.pipeline.outcome import Outcome, by_joint, mappings_of, need
+from gsfdi.pipeline.outcome import Outcome, absent, by_joint, mappings_of, need
 from gsfdi.reconcile import Reconciliation
 from gsfdi.reconcile import reconcile as reconcile_joint
 from gsfdi.reports import reconcile_page
@@ -94,7 +94,7 @@ def reconcile(
     models = load_models(model)
     batch = reading.read(reading.gather(sources), mappings_of(mappings), joints)
     need(batch.records, batch.problems)
-    problems = list(batch.problems)
+    problems = [*batch.problems, *absent(joints, (record.joint for record in batch.records))]
     questions = []
     for records in by_joint(batch.records).values():
         try:

@@ -8,7 +8,7 @@ from gsfdi.canonical import write_parquet
 from gsfdi.canonical_mcap import write_mcap
 from gsfdi.errors import UnusableInputError
 from gsfdi.modelfile import load_models
-from gsfdi.pipeline.outcome import Outcome, mappings_of, need
+from gsfdi.pipeline.outcome import Outcome, absent, mappings_of, need
 from gsfdi.simulate import fault_of, simulate_record
 from gsfdi.types import JointRecord, Problem
 
@@ -61,7 +61,8 @@ def simulate(
     else:
         batch = reading.read(reading.gather([str(replay)]), mappings_of(mappings), joints)
         need(batch.records, batch.problems)
-        problems, recorded = batch.problems, batch.records
+        problems = [*batch.problems, *absent(joints, (record.joint for record in batch.records))]
+        recorded = batch.records
         chosen = [models.for_joint(record.joint) for record in batch.records]
     records = [
         simulate_record(
