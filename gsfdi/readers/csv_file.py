@@ -4,6 +4,7 @@ A text file carries no checksum, so a row is believed only if it has as many fie
 whose values no joint can have: what breaks one row of a logger's memory breaks its neighbours too.
 """
 
+import codecs
 import io
 import re
 from collections.abc import Iterator, Sequence
@@ -200,18 +201,22 @@ def _trusted(columns: Columns, left_out: _LeftOut) -> Columns:
 
 
 class _UpTo(io.RawIOBase):
-    """The first `end` bytes of a file."""
+    """The first `end` bytes of a file, what is not UTF-8 shown as question marks: pyarrow stumbles over it."""
 
     def __init__(self, raw: io.BufferedReader, end: int) -> None:
         self._raw, self._left = raw, end
+        self._decoder = codecs.getincrementaldecoder("utf-8")("replace")
 
     def readable(self) -> bool:
         return True
 
     def read(self, size: int = -1) -> bytes:
-        data = self._raw.read(self._left if size < 0 else min(size, self._left))
+        room = self._left if size < 0 else min(max(size - 4, 1), self._left)  # a character may be split between reads
+        data = self._raw.read(room)
         self._left -= len(data)
-        return data
+        if data.isascii() and not self._decoder.getstate()[0]:
+            return data
+        return self._decoder.decode(data, final=not self._left).replace("\ufffd", "?").encode()
 
 
 def _ending(path: Path, shape: Shape) -> Iterator[Problem]:
