@@ -16,8 +16,7 @@ Between two events (a controller tick, a recorded sample) the joint moves in equ
 State: ``x = [Ω, Ω̇, ε, ε̇]``; a rigid joint keeps ε = 0. Torque inputs ``w`` are the net torque on the motor, reflected
 to the output, and on the output.
 
-The kernel takes few and plain arrays, whose layout is fixed by the index constants below, because that is what is fast:
-counting references of records of arrays took two thirds of the time.
+The kernel takes few and plain arrays, whose layout is fixed by the index constants below, and allocates none.
 """
 
 import math
@@ -28,6 +27,7 @@ from numba import njit, types
 from numba.extending import intrinsic
 
 from gsfdi import motion
+from gsfdi.types import Array
 
 CLOSED_LOOP, OPEN_LOOP, PREDICT, PREDICT_CONTROLLER = range(4)
 
@@ -61,9 +61,10 @@ _PHASE_STEP = 0.35  # [rad] of a term's wave per substep: the mean of a sine ove
 _MOST_SUBSTEPS = 1000
 
 
-compiled = njit(cache=True, nogil=True)
-inlined = njit(cache=True, nogil=True, inline="always")
-"""For what is called from one place only: a call with this many arrays costs as much as a substep."""
+# Nothing is allocated in the kernel, so numba need count no references: that counting, with its atomic instructions,
+# took three quarters of the time. Functions with many arguments that are called from one place are inlined.
+compiled = njit(cache=True, nogil=True, _nrt=False)
+inlined = njit(cache=True, nogil=True, inline="always", _nrt=False)
 
 
 @intrinsic
@@ -105,9 +106,10 @@ def has_set_in(term, model, m):  # type: ignore[no-untyped-def]
 def total(slot, model, m, states):  # type: ignore[no-untyped-def]
     """Sum of the laws in `slot` that have set in."""
     result = 0.0
-    for term in range(int(model[FIRST + slot]), int(model[FIRST + slot + 1])):
-        if has_set_in(term, model, m):
-            result += law_of(term, model, m, states)
+    if any_in(slot, model):
+        for term in range(int(model[FIRST + slot]), int(model[FIRST + slot + 1])):
+            if has_set_in(term, model, m):
+                result += law_of(term, model, m, states)
     return result
 
 
@@ -115,20 +117,23 @@ def total(slot, model, m, states):  # type: ignore[no-untyped-def]
 def product(slot, model, m, states):  # type: ignore[no-untyped-def]
     """Product of the factors in `slot`."""
     result = 1.0
-    for term in range(int(model[FIRST + slot]), int(model[FIRST + slot + 1])):
-        if has_set_in(term, model, m):
-            result *= law_of(term, model, m, states)
+    if any_in(slot, model):
+        for term in range(int(model[FIRST + slot]), int(model[FIRST + slot + 1])):
+            if has_set_in(term, model, m):
+                result *= law_of(term, model, m, states)
     return result
 
 
 @compiled
 def mapped(slot, model, m, states, value):  # type: ignore[no-untyped-def]
     """`value` after the maps in `slot`, one upon the other."""
-    m[motion.VALUE] = value
-    for term in range(int(model[FIRST + slot]), int(model[FIRST + slot + 1])):
-        if has_set_in(term, model, m):
-            m[motion.VALUE] = law_of(term, model, m, states)
-    return m[motion.VALUE]
+    if any_in(slot, model):
+        m[motion.VALUE] = value
+        for term in range(int(model[FIRST + slot]), int(model[FIRST + slot + 1])):
+            if has_set_in(term, model, m):
+                m[motion.VALUE] = law_of(term, model, m, states)
+        value = m[motion.VALUE]
+    return value
 
 
 @compiled
@@ -143,7 +148,10 @@ def unmapped(slot, model, m, states, value):  # type: ignore[no-untyped-def]
 @compiled
 def series(model, era, powers):  # type: ignore[no-untyped-def]
     """Fill ``powers[k] = A^k / k!`` for the plant of the era that begins at index `era` of the model."""
-    matrix = np.zeros((4, 4))
+    matrix = powers[_TAYLOR + 1]  # spare room
+    for i in range(4):
+        for j in range(4):
+            matrix[i, j] = 0.0
     drag = model[era + DAMPING] / model[era + INERTIA_OUTPUT]
     matrix[0, 1] = 1.0
     if model[RIGID] > 0:
@@ -185,7 +193,7 @@ def transition(model, era, powers, h, flow, which):  # type: ignore[no-untyped-d
             flow[which, i, 5] = held_output / model[era + INERTIA_OUTPUT]
 
 
-@compiled
+@inlined
 def advance(flow, which, v, source, target, on_motor, on_output):  # type: ignore[no-untyped-def]
     """Set row `target` of the vectors to ``Φ x + Γ w`` of row `source`."""
     for i in range(4):
@@ -232,7 +240,7 @@ def dry_range(slot, model, m, states):  # type: ignore[no-untyped-def]
     return min(low, high), max(low, high)
 
 
-@compiled
+@inlined
 def see(model, m, v, row, time):  # type: ignore[no-untyped-def]
     """Write the motion of a row of the vectors into `m`, seen from the output side."""
     m[motion.TIME] = time
@@ -253,7 +261,7 @@ def spring_terms(model, era, m, states, windup):  # type: ignore[no-untyped-def]
     return spring, (m[motion.LEVER] - 1.0) * (model[era + SPRING_RATE] * windup + spring)
 
 
-@compiled
+@inlined
 def stop_dry(flow, v, motor_low, motor_high, output_low, output_high):  # type: ignore[no-untyped-def]
     """Dry friction on motor and output that brings the speeds of the free motion nearest to zero."""
     on_motor, on_output = 0.0, 0.0
@@ -319,16 +327,19 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
     span = clock[now + 1, TIME] - clock[now, TIME]
     if span <= 0.0:
         return
-    longest = model[LONGEST_STEP]
-    if model[WAVE] > 0:
-        longest = min(longest, _PHASE_STEP / max(1e-12, abs(model[WAVE] * model[GEAR] * v[X, 1])))
     delayed = any_in(DELAY, model)  # the delayed effort changes within the span: its mean over a part of it acts
-    count = int(min(max(4.0 if delayed else 1.0, math.ceil(span / longest - 1e-9)), _MOST_SUBSTEPS))
-    h = span / count
-    if abs(h - v[FITTED, 0]) > 1e-8 * h:  # stamps in float64 differ by less
-        transition(model, era, powers, 0.5 * h, flow, 0)
-        transition(model, era, powers, h, flow, 1)
-        v[FITTED, 0] = h
+    if model[WAVE] > 0 or abs(span - v[FITTED, 1]) > 1e-8 * span:  # stamps in float64 differ by less
+        longest = model[LONGEST_STEP]
+        if model[WAVE] > 0:
+            longest = min(longest, _PHASE_STEP / max(1e-12, abs(model[WAVE] * model[GEAR] * v[X, 1])))
+        count = min(max(4.0 if delayed else 1.0, math.ceil(span / longest - 1e-9)), float(_MOST_SUBSTEPS))
+        h = span / count
+        if abs(h - v[FITTED, 0]) > 1e-8 * h:
+            transition(model, era, powers, 0.5 * h, flow, 0)
+            transition(model, era, powers, h, flow, 1)
+            v[FITTED, 0] = h
+        v[FITTED, 1], v[FITTED, 2] = span, count
+    count, h = int(v[FITTED, 2]), v[FITTED, 0]
     effort = state[now, FLOWING]
     for i in range(count):
         time = clock[now, TIME] + i * h
@@ -339,7 +350,7 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
         substep(model, era, m, v, states, flow, effort, time, h)
 
 
-@compiled
+@inlined
 def sense(model, m, v, states, row, target, time, noise, resolution, now):  # type: ignore[no-untyped-def]
     """Write into row `target` what sensors give of row `row`: joint angle; motor speed (joint speed if rigid)."""
     see(model, m, v, row, time)
@@ -369,7 +380,7 @@ def motion_at(clock, state, now, time, v):  # type: ignore[no-untyped-def]
         v[SEEN, i + 1] = (1 - u) * state[j, i + 1] + u * state[last, i + 1]
 
 
-@compiled
+@inlined
 def control(model, clock, now, position, speed, v):  # type: ignore[no-untyped-def]
     """Effort of the controller; `speed` is reflected to the output.
 
@@ -439,14 +450,14 @@ def show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, 
 
 
 @inlined
-def run(model, clock, noise, resolution, mode, start, gain, restarts, state, shown):  # type: ignore[no-untyped-def]
+def run(model, clock, noise, resolution, mode, start, gain, restarts, state, shown, m, v, flow, powers, states):  # type: ignore[no-untyped-def]
     """Replay one model; returns how many events it survived.
 
-    `start` (1, 5) and `restarts` (k, 5) hold motion and the integral part; `state` and `shown` are filled.
+    `start` (1, 5) and `restarts` (k, 5) hold motion and the integral part; `state` and `shown` are filled; what
+    follows them is scratch (see `scratch`).
     """
-    m, v, flow = np.zeros(motion.QUANTITIES), np.zeros((VECTORS, 4)), np.zeros((2, 4, 6))
-    states = np.empty(motion.STATES * int(model[FIRST + SLOTS]) + 1)
-    powers = np.empty((_TAYLOR + 1, 4, 4))
+    v[MEMORY, 0], v[MEMORY, 2] = 0.0, np.nan
+    v[FITTED, 0] = v[FITTED, 1] = 0.0
     begin(start, 0, v, states)
     era, last_era = ERA_ROWS, ERA_ROWS + (int(model[ERAS]) - 1) * ERA_WIDTH
     series(model, era, powers)
@@ -457,7 +468,7 @@ def run(model, clock, noise, resolution, mode, start, gain, restarts, state, sho
         if era < last_era and time >= model[era + ERA_WIDTH + FROM_TIME] - 1e-9:
             era += ERA_WIDTH
             series(model, era, powers)
-            v[FITTED, 0] = 0.0
+            v[FITTED, 0] = v[FITTED, 1] = 0.0
         if clock[now, RESTART] >= 0:
             begin(restarts, int(clock[now, RESTART]), v, states)
         for i in range(4):
@@ -477,7 +488,34 @@ def run(model, clock, noise, resolution, mode, start, gain, restarts, state, sho
 
 
 @compiled
-def run_many(models, clock, noise, resolution, mode, starts, gains, restarts, state, shown):  # type: ignore[no-untyped-def]
-    """Replay a batch: one row of every array per model."""
+def run_many(models, clock, noise, resolution, mode, starts, gains, restarts, state, shown, m, v, flow, powers, states):  # type: ignore[no-untyped-def]
+    """Replay a batch: one row of every array per model, the scratch shared."""
     for b in range(models.shape[0]):
-        run(models[b], clock, noise, resolution, mode, starts[b], gains[b], restarts[b], state[b], shown[b])
+        run(
+            models[b],
+            clock,
+            noise,
+            resolution,
+            mode,
+            starts[b],
+            gains[b],
+            restarts[b],
+            state[b],
+            shown[b],
+            m,
+            v,
+            flow,
+            powers,
+            states,
+        )
+
+
+def scratch(terms: int) -> tuple[Array, Array, Array, Array, Array]:
+    """Room for the motion vector, state vectors, Φ and Γ, the exponential's series, and the states of `terms` terms."""
+    return (
+        np.zeros(motion.QUANTITIES),
+        np.zeros((VECTORS, 4)),
+        np.zeros((2, 4, 6)),
+        np.zeros((_TAYLOR + 2, 4, 4)),
+        np.zeros(motion.STATES * terms + 1),
+    )

@@ -178,7 +178,8 @@ def run(
     events = clock.events.shape[0]
     state = np.full((len(models), events, kernel.STATE_WIDTH), np.nan)
     shown = np.full((len(models), t.size, kernel.SHOWN_WIDTH), np.nan)
-    kernel.run_many(packed, *clock, _MODES[mode], starts[:, None, :], gains, again, state, shown)
+    room = kernel.scratch(max(len(model.physics) for model in models))
+    kernel.run_many(packed, *clock, _MODES[mode], starts[:, None, :], gains, again, state, shown, *room)
     at = slice(None) if events == t.size else clock.events[:, kernel.RECORD] >= 0
     return [trace(model, t, state[b][at], shown[b]) for b, model in enumerate(models)]
 
