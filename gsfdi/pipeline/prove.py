@@ -2,10 +2,11 @@
 
 import logging
 from pathlib import Path
-from typing import Any
 
 from gsfdi import proof
+from gsfdi.atomic import write_text
 from gsfdi.pipeline.outcome import Outcome
+from gsfdi.reports import proof_page
 from gsfdi.workers import ALONE, Crew, Report, silent
 
 LOG = logging.getLogger("gsfdi")
@@ -27,7 +28,9 @@ def prove(cases: int, *, seed: int, out: Path, crew: Crew = ALONE, progress: Rep
     progress : callable
         Told how far the work has come.
     """
-    return _told(proof.prove(cases, seed=seed, out=out, jobs=crew.size, progress=progress, say=LOG.warning))
+    result = proof.prove(cases, seed=seed, out=out, jobs=crew.size, progress=progress, say=LOG.warning)
+    write_text(out / "proof.html", proof_page.write(result))
+    return Outcome(result, [*proof_page.lines(result), str(out / "proof.json"), str(out / "proof.html")])
 
 
 def check(folder: Path) -> Outcome:
@@ -38,8 +41,5 @@ def check(folder: Path) -> Outcome:
     folder : Path
         What `prove` wrote.
     """
-    return _told(proof.check(folder))
-
-
-def _told(result: dict[str, Any]) -> Outcome:
-    return Outcome(result, [str(line) for line in result.get("says", ())])
+    result = proof.check(folder)
+    return Outcome(result, ["the seal holds, and the stored answers score as was said", *proof_page.lines(result)])

@@ -99,7 +99,9 @@ def percent(share: float | None) -> str:
         return "> 99.9 %"
     if 0 < share < 0.001:
         return "< 0.1 %"
-    return f"{100 * share:.0f} %" if 0.1 <= share <= 0.9949 or share in (0, 1) else f"{100 * share:.1f} %"
+    if share < 0.1:
+        return f"{100 * share:.2g} %"
+    return f"{100 * share:.1f} %" if 0.9949 < share < 1 else f"{100 * share:.0f} %"
 
 
 def likely(probability: float | None) -> str:

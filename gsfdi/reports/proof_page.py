@@ -53,7 +53,7 @@ def asked(goal: Goal) -> str:
     Examples
     --------
     >>> asked(Goal("x", "x", least=0.95)), asked(Goal("x", "x", most=0.01)), asked(Goal("x", "x", 0.9, 0.98))
-    ('at least 95 %', 'at most 1.0 %', '90 % to 98 %')
+    ('at least 95 %', 'at most 1 %', '90 % to 98 %')
     """
     if goal.least and goal.most < 1:
         return f"{percent(goal.least)} to {percent(goal.most)}"
@@ -62,7 +62,7 @@ def asked(goal: Goal) -> str:
     return f"at most {percent(goal.most)}" if goal.most < 1 else ""
 
 
-def tiles(figures: Fields) -> Iterator[dict[str, object]]:
+def tiles(figures: Fields) -> Iterator[dict[str, Any]]:
     """Give each headline figure with its interval and whether it kept its goal."""
     for goal in GOALS:
         figure = figures.get(goal.key)
@@ -204,6 +204,22 @@ def headline(figures: Fields) -> str:
     if first["rate"] is None:
         return f"{figures['cases']} sealed cases, reconciled without their answers"
     return f"{first['hits']} of {first['of']} concealed causes named right, their answers sealed beforehand"
+
+
+def lines(proof: Fields) -> Iterator[str]:
+    """Say the proof's figures in lines for a terminal.
+
+    Parameters
+    ----------
+    proof : mapping
+        What ``proof.json`` holds.
+    """
+    yield headline(proof["figures"])
+    for tile in tiles(proof["figures"]):
+        kept = {None: "", True: ", kept", False: ", missed"}[tile["met"]]
+        goal = f"; goal {tile['asked']}{kept}" if tile["asked"] else ""
+        yield f"{tile['value']:>9}  {tile['says']}" + (f" ({tile['detail']})" if tile["detail"] else "") + goal
+    yield f"sealed as SHA-256 {proof['seal']['truth_sha256']}"
 
 
 def write(proof: Fields) -> str:
