@@ -26,16 +26,18 @@ critical, when the share of the joint's capability that it takes reaches the lim
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from typing import NamedTuple
 
 import numpy as np
 
-from gsfdi import prognosis
 from gsfdi.baseline import JointBaseline, detectors, gather
+from gsfdi.detectors import Numbers
 from gsfdi.detectors.innovations import cleaned, first_bins
 from gsfdi.directions import Direction, grouped, library
 from gsfdi.types import Action, Array, Due, Finding, JointRecord, Level, Verdict
+
+NO_LEDGER = Due(None, None, "judged by itself; the ledger of earlier batches says when")
+"""Until `gsfdi.prognosis.due` has read the ledger."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +86,7 @@ class Candidate(NamedTuple):
 
 
 RARE: Mapping[str, float] = {
-    "motor_inertia_change": 0.05, "magnetic_saturation": 0.1, "timestamp_latency": 0.2, "end_stop": 0.2,
+    "motor_inertia_change": 0.05, "magnetic_saturation": 0.1, "end_stop": 0.2,
     "quadratic_friction": 0.2, "stiffening": 0.2, "gearbox_damping": 0.1, "current_bias": 0.5, "gravity_unbalance": 0.5,
     "actuation_delay": 0.3, "position_dependent_friction": 0.5, "asymmetric_friction": 0.5, "cable_harness": 0.5,
 }  # fmt: skip
@@ -95,6 +97,7 @@ TWINS: Mapping[str, tuple[str, ...]] = {
     "constant_load": ("current_bias", "asymmetric_friction"),
     "current_bias": ("constant_load", "asymmetric_friction"),
     "coulomb_friction": ("presliding_friction",),
+    "actuation_delay": ("timestamp_latency",),
 }
 """Faults that leave the same trace in these channels, whatever the motion."""
 SURE = 30.0
@@ -114,7 +117,6 @@ def assess(
     limits: Limits | None = None,
     settings: Mapping[str, Mapping[str, float]] | None = None,
     now_ns: int | None = None,
-    history: Sequence[Mapping[str, object]] = (),
     explain: Callable[[], Mapping[str, object] | None] | None = None,
 ) -> Verdict:
     """Judge one joint's batch.
@@ -130,8 +132,6 @@ def assess(
         Changed knobs by detector.
     now_ns : int, optional
         The time [ns, UTC]; telemetry much older than it is ``stale``.
-    history : sequence of mapping, optional
-        The joint's ledger (`gsfdi.prognosis.row` of earlier batches); with this batch it gives the due date.
     explain : callable, optional
         Called when no fault of the library explains an alarm; gives the ``omitted_physics`` entry of a
         reconciliation (``term``, ``component``, ``probability``, ``says``), or None.
@@ -160,13 +160,12 @@ def assess(
         return replace(refusal, joint=joint)
     findings = _findings(numbers, baseline, limits, settings, joint)
     matched = next((one for one in findings if one.detector == "innovations"), None)
-    bins = numbers["innovations"]
+    bins: Numbers = numbers["innovations"]
     span = float(len(bins["g"]) * bins["width"][0])
     if matched is not None:
         bins = first_bins(bins, int(matched.evidence["judged_bins"]))  # type: ignore[call-overload]
     candidates = _candidates(matched, bins, baseline, limits) if matched is not None else []
-    when = seen.t0_ns * 1e-9
-    case = _Case(joint, findings, candidates, bins, span, baseline, limits, history, when)
+    case = _Case(joint, findings, candidates, bins, span, baseline, limits)
     return _verdict(case, explain)
 
 
@@ -322,25 +321,15 @@ class _Case(NamedTuple):
     span: float
     baseline: JointBaseline
     limits: Limits
-    history: Sequence[Mapping[str, object]]
-    when: float
-
-    def due(self, level: Level, fault: str | None, key: str | None) -> Due:
-        """Read the joint's ledger, this batch included."""
-        rows = [*self.history, prognosis.row(self.findings, self.when, level, fault)]
-        return prognosis.due(rows, key, self.limits.critical)
 
 
 def _verdict(case: _Case, explain: Callable[[], Mapping[str, object] | None] | None) -> Verdict:
     methods = _methods(case.findings)
     alarmed = [one for one in case.findings if one.alarm]
     if not alarmed:
-        due = case.due("normal", None, None)
         says = f"{case.joint} behaves as its baseline does."
-        if due.when is not None:
-            says += f" {due.reason[0].upper()}{due.reason[1:]}: {due.when}."
         return Verdict(
-            case.joint, "normal", "none", None, None, None, (), None, methods, due, says, tuple(case.findings)
+            case.joint, "normal", "none", None, None, None, (), None, methods, NO_LEDGER, says, tuple(case.findings)
         )
     matched = next((one for one in case.findings if one.detector == "innovations"), None)
     if matched is None or not matched.alarm or not _explains(case.candidates[0], case.innovations, case.baseline):
@@ -357,9 +346,8 @@ def _unexplained(
         why, fault, component = str(found["says"]).rstrip("."), str(found["term"]), found["component"]
         probability = found.get("probability")
     says = f"{case.joint} departs from its baseline: {first.sentence}; {why}."
-    due = case.due("warning", fault, fault)
     return Verdict(case.joint, "warning", "inspect", component, fault, probability, (), first.onset_s,  # type: ignore[arg-type]
-                   methods, due, says, tuple(case.findings))  # fmt: skip
+                   methods, NO_LEDGER, says, tuple(case.findings))  # fmt: skip
 
 
 def _named(case: _Case, methods: Mapping[str, Mapping[str, object]]) -> Verdict:
@@ -372,20 +360,12 @@ def _named(case: _Case, methods: Mapping[str, Mapping[str, object]]) -> Verdict:
     )
     actions: dict[Level, Action] = {"critical": "stop_using", "distress": "plan_maintenance", "warning": "inspect"}
     fault, alternatives = fault_name(best), _alternatives(case.candidates)
-    due = case.due(level, fault, best.direction.fault)
-    if level == "critical":
-        due = replace(due, when=_day(case.when), interval90=(_day(case.when), _day(case.when)),
-                      reason=f"the limit of {100 * limits.critical:.0f} % of the capability is reached")  # fmt: skip
     findings = (*case.findings, _diagnosed(case.joint, case.candidates, severity, best))
     onset = best.onset if best.onset > 0.02 * span else 0.0
     return Verdict(
         case.joint, level, actions[level], best.direction.component, fault, best.probability, alternatives, onset,
-        methods, due, _says(case.joint, best, fault, alternatives), findings,
+        methods, NO_LEDGER, _says(case.joint, best, fault, alternatives), findings,
     )  # fmt: skip
-
-
-def _day(when: float) -> str:
-    return datetime.fromtimestamp(when, UTC).date().isoformat()
 
 
 def fault_name(one: Candidate) -> str:

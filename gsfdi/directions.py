@@ -2,14 +2,15 @@
 
 Each entry gives the amplitude, per unit of its parameter and to first order, of what the fault adds to the healthy
 joint: a torque that resists on the motor's or the output's side, a torque in the gearbox spring, or an error of a
-sensor. Ids, parameters and units are the contract's; the full, non-linear laws stand on the shelf of terms, and a test holds
-the two together. Terms with an unknown phase appear as a sine and a cosine that share a name.
+sensor. Ids, parameters and units are the contract's; the full, non-linear laws stand on the shelf of terms, and a
+test holds the two together. Terms with an unknown phase appear as a sine and a cosine that share a name.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
+import numba
 import numpy as np
 
 from gsfdi.model import Plant
@@ -155,10 +156,17 @@ DIRECTIONS: tuple[Direction, ...] = (
               lambda m: np.maximum(m.angle - m.angle.max() + 0.1 * m.reach, 0.0)),
     Direction("stiffening", "stiffening", "gearbox", "cubic_per_rad2", "1/rad²", "spring",
               lambda m: m.plant.stiffness * m.windup**3, rigid=False),
-    Direction("backlash", "backlash", "gearbox", "half_width_rad", "rad", "spring",
-              lambda m: -m.plant.stiffness * np.tanh(m.windup / _small(m.windup)), rigid=False),
-    Direction("gearbox_hysteresis", "gearbox_hysteresis", "gearbox", "torque_nm", "N m", "spring",
-              lambda m: np.tanh(m.windup_rate / _small(m.windup_rate)), rigid=False),
+    *(
+        Direction(f"backlash:{share}", "backlash", "gearbox", "half_width_rad", "rad", "spring",
+                  lambda m, share=share: -m.plant.stiffness * np.clip(  # type: ignore[misc]
+                      m.windup / (share * _usual(m.windup)), -1.0, 1.0), rigid=False)
+        for share in (0.2, 0.7)
+    ),
+    *(
+        Direction(f"gearbox_hysteresis:{share}", "gearbox_hysteresis", "gearbox", "torque_nm", "N m", "spring",
+                  lambda m, share=share: slipping(m.windup, share * _usual(m.windup)), rigid=False)  # type: ignore[misc]
+        for share in (0.1, 0.4)
+    ),
     Direction("gearbox_damping", "gearbox_damping", "gearbox", "coefficient_nms_rad", "N m s/rad", "spring",
               lambda m: m.windup_rate, rigid=False),
     *_waves("transmission_error", "gearbox", "amplitude_rad", "rad", "spring", (1, 2),
@@ -178,13 +186,23 @@ DIRECTIONS: tuple[Direction, ...] = (
               lambda m: m.plant.gear_ratio * m.motor_speed, neutral=1.0),
     Direction("velocity_bias", "velocity_bias", "sensor", "bias_rad_s", "rad/s", "velocity",
               lambda m: np.ones_like(m.t)),
-    Direction("timestamp_latency", "timestamp_latency", "sensor", "delay_s", "s", "position", lambda m: -m.speed),
 )  # fmt: skip
 
 
-def _small(values: Array) -> float:
-    """A value that parts rest from motion, well below the usual size of `values`."""
-    return float(max(0.1 * np.sqrt(np.mean(values**2)), 1e-12))
+def _usual(values: Array) -> float:
+    """Usual size of `values`."""
+    return float(max(np.sqrt(np.mean(values**2)), 1e-12))
+
+
+@numba.njit(cache=True)
+def slipping(path: Array, width: float) -> Array:  # pragma: no cover
+    """Share of its level that an elastic element bears which slips once stretched by `width`."""
+    out = np.zeros(len(path))
+    stretched = 0.0
+    for k in range(1, len(path)):
+        stretched = min(max(stretched + path[k] - path[k - 1], -width), width)
+        out[k] = stretched / width
+    return out
 
 
 def library(flexible: bool, speed_measured: bool, temperature: bool) -> tuple[Direction, ...]:

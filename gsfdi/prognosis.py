@@ -3,8 +3,8 @@
 `row` makes one batch's entry from its findings, ready for a store's ledger; `due` reads the entries of a joint. A row
 holds, under ``shares``, for every fault of the library the share of the joint's capability that it takes and the
 standard error of that; so one limit serves them all. Each history is fitted as ``c + b (t - t0)₊`` (ramp) and
-``c + b (t - t0)²₊`` (gradual) by maximum likelihood, with the batches' own errors, a scatter from night to night that is
-estimated with them, and the onset unknown; the interval of the due date comes from the whole likelihood, not from its
+``c + b (t - t0)²₊`` (gradual) by maximum likelihood, with the batches' own errors, a scatter from night to night that
+is estimated with them, and the onset unknown; the interval of the due date comes from the whole likelihood, not from its
 peak.
 """
 
@@ -145,7 +145,7 @@ def _cells(t: Array, value: Array, error: Array) -> list[_Cell]:
                 peak = float(-0.5 * np.sum(left**2 / variance + np.log(variance)))
                 covariance = np.linalg.inv(precision)
                 _, size = np.linalg.slogdet(covariance)
-                root = np.linalg.cholesky(0.5 * (covariance + covariance.T))
+                root = np.asarray(np.linalg.cholesky(0.5 * (covariance + covariance.T)), dtype=np.float64)
                 # The rate's own scale must not favour one form: flat in the size reached at the last entry.
                 reach = np.log(max(-onset, 1e-9) ** power)
                 cells.append(

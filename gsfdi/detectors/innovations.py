@@ -20,6 +20,8 @@ from gsfdi.types import Array, Finding
 
 BIN = 0.25
 """Width of a bin of time at first [s]; onsets are found to about this."""
+CLEAR = 0.9
+"""Share of the excess that one fault explains when it needs no part of the batch to be looked at alone."""
 ENOUGH = 15.0
 """Deviations that the part before a runaway must show to be judged alone."""
 LEAST = 0.01
@@ -303,6 +305,13 @@ def before_runaway(numbers: Numbers, learnt: Numbers) -> Numbers:
     return first_bins(numbers, end)
 
 
+def _told(found: Sequence[Lean], numbers: Numbers, learnt: Numbers) -> float:
+    """Share of what goes beyond a fault-free batch that the best single fault accounts for."""
+    energy = numbers["energy"].sum(axis=0)
+    excess = float(energy[0] - energy[1] * learnt["energy"][0])
+    return max(one.gain for one in found) / max(excess, 1e-300)
+
+
 def first_bins(numbers: Numbers, count: int) -> Numbers:
     """Only the first `count` bins of a batch."""
     return {key: some[:count] if key in ("g", "h", "x", "energy") else some for key, some in numbers.items()}
@@ -314,10 +323,12 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
         return None
     kind = numbers["kind"]
     directions = library(bool(kind[0]), bool(kind[1]), bool(kind[2]))
-    early = before_runaway(numbers, learnt)
-    found = leans(early, learnt, directions)
-    if len(early["g"]) < len(numbers["g"]) and max(one.robust for one in found) < ENOUGH:
-        early, found = numbers, leans(numbers, learnt, directions)
+    early, found = numbers, leans(numbers, learnt, directions)
+    calm = before_runaway(numbers, learnt)
+    if len(calm["g"]) < len(numbers["g"]) and _told(found, numbers, learnt) < CLEAR:
+        before = leans(calm, learnt, directions)
+        if max(one.robust for one in before) > ENOUGH and _told(before, calm, learnt) > _told(found, numbers, learnt):
+            early, found = calm, before
     looks = len(found) * (4.0 + 6.0 * np.log(max(len(numbers["g"]), 2)))
     dof = float(max(learnt["blocks"][0] - 1.0, 3.0))
     limit = float(stats.t.isf(rate / (2.0 * looks), dof))

@@ -101,19 +101,32 @@ def _features(speed: Array, effort: Array, tracking: Array, slow: float, step: f
     return found
 
 
+SIZES = tuple(name for name in FEATURES if name.rpartition(" ")[2] == "peak" or " rms" in name or " spread" in name)
+"""Features that cannot be negative; their logarithm is judged, since a quicker motion multiplies them."""
+
+
+def _scaled(name: str, value: Array) -> Array:
+    return np.log(np.maximum(value, 1e-300)) if name in SIZES else value
+
+
 def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[str, Array]:
-    """Mean and spread of each feature over the fault-free batches, few of which lean on a share of its size."""
+    """Mean and spread of each feature over the fault-free batches, few of which lean on what another motion would do."""
     learnt = {}
     for name in FEATURES:
         whole = np.array([one[name][0] for one in gathered])
         whole = whole[np.isfinite(whole)]
         if len(whole) < 2:
             continue
-        usual, prior = float(settings["usual_share"]), float(settings["prior_batches"])
-        size = float(np.sqrt(np.mean(whole**2)))
-        dof = len(whole) - 1
-        variance = (dof * np.var(whole, ddof=1) + prior * (usual * size) ** 2) / (dof + prior)
-        learnt[name] = np.array([whole.mean(), np.sqrt(variance * (1.0 + 1.0 / len(whole))), dof + prior])
+        # A signed feature moves with the size of its channel, which its root mean square or its peak tells.
+        peers = [one for one in SIZES if one.split()[0] == name.split()[0]]
+        sizes = np.array([[one[peer][0] for peer in peers] for one in gathered])
+        size = 1.0 if name in SIZES or not np.isfinite(sizes).any() else float(np.nanmedian(sizes))
+        if name == "effort against acceleration":
+            size = 1.0
+        values, prior, dof = _scaled(name, whole), float(settings["prior_batches"]), len(whole) - 1
+        usual = (settings["usual_share"] * size) ** 2
+        variance = (dof * np.var(values, ddof=1) + prior * usual) / (dof + prior)
+        learnt[name] = np.array([values.mean(), np.sqrt(variance * (1.0 + 1.0 / len(whole))), dof + prior])
     return learnt
 
 
@@ -126,7 +139,7 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     p_values = np.ones(len(names))
     for i, name in enumerate(names):
         mean, spread, dof = learnt[name]
-        off = (numbers[name] - mean) / max(float(spread), 1e-300)
+        off = (_scaled(name, numbers[name]) - mean) / max(float(spread), 1e-300)
         halves = off[1:][np.isfinite(off[1:])]
         lasts = len(halves) == 0 or (np.sign(halves) == np.sign(off[0])).all()
         scores[i] = off[0] if not lasts else np.sign(off[0]) * min([abs(off[0]), *(1.5 * np.abs(halves))])
@@ -149,7 +162,7 @@ DETECTOR = Detector(
     name="signals",
     method="signal",
     needs=(),
-    settings={"block_s": 5.0, "usual_share": 0.1, "prior_batches": 4.0},
+    settings={"block_s": 5.0, "usual_share": 0.3, "prior_batches": 4.0},
     tally=_Tally,
     learn=learn,
     look=look,
