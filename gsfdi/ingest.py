@@ -5,31 +5,25 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Map
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
-from gsfdi import quality
+from gsfdi.assemble import Blocks, assemble
 from gsfdi.errors import GsfdiError, UnusableInputError
 from gsfdi.mapping import Mapping, load_mapping
 from gsfdi.readers import Reader
 from gsfdi.registry import shelf
 from gsfdi.types import Array, Batch, JointRecord, Problem
-from gsfdi.wire import Columns, Key, Stamps
+from gsfdi.wire import Columns, Key
 
 __all__ = ["describe", "gather", "load_mapping", "read", "stream", "summary"]
 
 PIECE = 4_000_000
 """Values held before `stream` hands a piece on."""
 HEAD = 1 << 16
-_BASES = ("position", "joint_velocity", "motor_velocity", "motor_current", "drive_torque", "setpoint")
-"""Channels whose clock a record keeps, the first that is there."""
 STRAY = 3
 """A joint with no more samples than this, where others have a hundred times as many, is a damaged name."""
-STALE = 5.0
-"""A held value older than this many of its own spacings is no longer believed."""
 
 
 def gather(sources: Sequence[str]) -> list[Path]:
@@ -202,16 +196,12 @@ def _file(path: Path, mappings: Sequence[Mapping], joints: Sequence[str], piece:
         yield Batch((), (*problems, Problem(str(path), f"cannot be read: {error.strerror or error}", "", "unusable")))
 
 
-_Blocks = list[tuple[str, Stamps, dict[Key, Array]]]
-"""Origin, clock and columns, as they came."""
-
-
 class _Held:
     """What was read of a file and not yet handed on, and what is to be told of it at its end."""
 
     def __init__(self, path: Path, sha256: str, joints: Sequence[str]) -> None:
         self.path, self.sha256, self.joints = path, sha256, joints
-        self.blocks: dict[tuple[str, str], _Blocks] = defaultdict(list)
+        self.blocks: dict[tuple[str, str], Blocks] = defaultdict(list)
         self.faults: dict[str, float] = {}
         self.size = 0
         self.ends: dict[tuple[str, str], int] = {}
@@ -237,7 +227,7 @@ class _Held:
         made = [
             record
             for (robot, joint), blocks in self.blocks.items()
-            if (record := _record(robot, joint, blocks, self.ends.get((robot, joint)), self.faults))
+            if (record := assemble(robot, joint, blocks, self.ends.get((robot, joint)), self.faults))
         ]
         longest = max((len(record.t) for record in made), default=0)
         kept = []
@@ -276,91 +266,6 @@ class _Held:
         if self.lost:
             told = ", ".join(f"{int(count)} {kind}" for kind, count in sorted(self.lost.items()))
             yield Problem(source, f"rows whose time or form cannot be believed were left out: {told}")
-
-
-@dataclass(frozen=True, slots=True)
-class _Series:
-    """One source's clock and its channels of one joint, with believable stamps."""
-
-    time_ns: Stamps
-    values: dict[str, Array]
-    rank: dict[str, int]
-    counts: dict[str, float]
-
-
-def _record(
-    robot: str,
-    joint: str,
-    blocks: _Blocks,
-    after: int | None,
-    faults: Map[str, float],
-) -> JointRecord | None:
-    axis = next(iter(blocks[0][2])).axis
-    series = [
-        made for made in (_series(blocks, origin, after) for origin in dict.fromkeys(b[0] for b in blocks)) if made
-    ]
-    if not series:
-        return None
-    base = min(series, key=_worth)
-    channels: dict[str, Array] = {}
-    counts = dict(base.counts)
-    for other in sorted(series, key=lambda each: each is not base):
-        for name, values in other.values.items():
-            if other is base:
-                channels[name] = values
-            elif name not in channels or other.rank[name] < base.rank.get(name, 99):
-                channels[name], stale = _carried(base.time_ns, other.time_ns, values)
-                if stale:
-                    counts[f"stale {name}"] = float(stale)
-    channels = {name: values for name, values in channels.items() if np.isfinite(values).any() or _infinite(values)}
-    if not channels:
-        return None
-    t0 = int(base.time_ns[0])
-    t: Array = (base.time_ns - t0) * np.float64(1e-9)
-    valid, told = quality.judge(t, channels, axis)
-    told["time"] |= counts | dict(faults)
-    return JointRecord(robot, joint, t0, t, channels, axis, valid, quality=told)
-
-
-def _infinite(values: Array) -> bool:
-    return bool(np.isinf(values).any())
-
-
-def _worth(series: _Series) -> tuple[int, int]:
-    first = next((i for i, name in enumerate(_BASES) if name in series.values), len(_BASES))
-    return first, series.rank.get(_BASES[first], 0) if first < len(_BASES) else 0
-
-
-def _series(blocks: _Blocks, origin: str, after: int | None) -> _Series | None:
-    own = [(time_ns, columns) for name, time_ns, columns in blocks if name == origin]
-    time_ns = np.concatenate([block for block, _ in own])
-    timed = quality.believable_times(time_ns, after)
-    if not len(timed.rows):
-        return None
-    ranks = {key.channel: key.rank for _, columns in own for key in columns}
-    values = {}
-    for name in ranks:
-        parts = []
-        for block, columns in own:
-            found = [column for key, column in columns.items() if key.channel == name]
-            parts.append(found[0] if found else np.full(len(block), np.nan))
-        values[name] = np.concatenate(parts)[timed.rows]
-    return _Series(time_ns[timed.rows], values, ranks, timed.counts)
-
-
-def _carried(base_ns: Stamps, time_ns: Stamps, values: Array) -> tuple[Array, int]:
-    """Another clock's values at the base's stamps: the newest that is not later, or later by half a spacing at most.
-
-    The allowance lets two publishers of one cycle meet whichever stamps first; a value older than `STALE` of its own
-    spacings is not carried on.
-    """
-    spacings = [float(np.median(np.diff(each))) for each in (base_ns, time_ns) if len(each) > 1]
-    allowance = int(0.5 * min(spacings)) if spacings else 0
-    at = np.searchsorted(time_ns, base_ns + allowance, side="right") - 1
-    there = at >= 0
-    at = np.maximum(at, 0)
-    old = there & (base_ns - time_ns[at] > STALE * max(spacings, default=0.0))
-    return np.where(there & ~old, values[at], np.nan), int(old.sum())
 
 
 def _reader(path: Path) -> Reader | None:

@@ -1,23 +1,22 @@
 """What of a recording may be believed: each check takes numbers and says where they fail it.
 
-Nothing is mended. A value that fails is masked, counted and named; a sample whose *time* cannot be believed has no
-place on the record's axis and is left out, counted under ``"time"``.
+Nothing is mended: a value that fails is masked, counted and named. What is wrong with the clock stands in
+`gsfdi.clock`; its counts are kept under ``"time"``.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from gsfdi.channels import Axis
+from gsfdi.clock import time_summary
 from gsfdi.types import Array, Mask
 
 _LIMITS: dict[str, float] = {
-    "position": 1e4,
-    "setpoint": 1e4,
-    "setpoint_rate": 1e4,
-    "joint_velocity": 1e4,
+    "position": 1e6,
+    "setpoint": 1e6,
+    "setpoint_rate": 1e5,
+    "joint_velocity": 1e5,
     "motor_velocity": 1e6,
     "motor_current": 1e5,
     "motor_current_feedforward": 1e5,
@@ -38,10 +37,6 @@ _SAMPLED = 20_000
 """Samples that a percentile is taken from, evenly spread; a long channel is not sorted whole."""
 STUCK_SAMPLES = 25
 STUCK_SECONDS = 0.5
-GAP = 5.0
-"""A pause of more than this many usual spacings is a gap."""
-JUMP_NS = 3_600_000_000_000
-"""Stamps further than this from the bulk of the recording come from a clock that jumped."""
 
 
 def absurd(values: Array, channel: str) -> Mask:
@@ -198,113 +193,6 @@ def saturated(values: Array) -> int:
             inside = at[:-2] & at[1:-1] & at[2:]
             count += int(np.sum(np.convolve(inside, [1, 1, 1]) > 0))
     return count
-
-
-class Timed(NamedTuple):
-    """Rows whose stamps can be believed, in order, and what was wrong with the rest."""
-
-    rows: npt.NDArray[np.intp]
-    counts: dict[str, float]
-
-
-def believable_times(time_ns: npt.NDArray[np.int64], after: int | None = None) -> Timed:
-    """Pick the rows whose stamps rise.
-
-    Parameters
-    ----------
-    time_ns : (n,) array of int64
-        Stamps in the order of the file [ns].
-    after : int, optional
-        Stamp that the first row must exceed [ns]: the end of the piece before.
-
-    Returns
-    -------
-    Timed
-        The longest rising choice of rows; the others are counted as ``duplicate`` (the same stamp again),
-        ``out_of_order`` or ``clock_jump`` (far from everything else).
-    """
-    counts: dict[str, float] = {}
-    rows = np.arange(len(time_ns))
-    if len(rows) and after is not None:
-        late = time_ns <= after
-        if late.any():
-            counts["out_of_order"] = float(late.sum())
-            rows = rows[~late]
-    far = _far(time_ns[rows])
-    if far.any():
-        counts["clock_jump"] = float(far.sum())
-        rows = rows[~far]
-    steps = np.diff(time_ns[rows])
-    if (steps < 0).any():
-        chosen = _rising(time_ns[rows])
-        counts["out_of_order"] = counts.get("out_of_order", 0.0) + float(len(rows) - len(chosen))
-        rows = rows[chosen]
-        steps = np.diff(time_ns[rows])
-    again = np.concatenate([[False], steps == 0]) if len(rows) else np.zeros(0, dtype=np.bool_)
-    if again.any():
-        counts["duplicate"] = float(again.sum())
-        rows = rows[~again]
-    return Timed(rows, counts)
-
-
-def _far(time_ns: npt.NDArray[np.int64]) -> Mask:
-    """Stamps in small groups, an hour or more away from the bulk."""
-    if len(time_ns) < 20 or int(time_ns.max()) - int(time_ns.min()) < JUMP_NS:
-        return np.zeros(len(time_ns), dtype=np.bool_)
-    order = np.argsort(time_ns, kind="stable")
-    ranked = time_ns[order].astype(np.float64)
-    group = np.concatenate([[0], np.cumsum(np.diff(ranked) > JUMP_NS)])
-    sizes = np.bincount(group)
-    small = sizes[group] < max(2.0, 0.01 * len(time_ns))
-    far = np.zeros(len(time_ns), dtype=np.bool_)
-    far[order] = small
-    return far
-
-
-def _rising(time_ns: npt.NDArray[np.int64]) -> npt.NDArray[np.intp]:
-    """Rows of the longest choice of stamps that never falls (patience sorting)."""
-    import bisect
-
-    tails: list[int] = []
-    tail_rows: list[int] = []
-    before = np.full(len(time_ns), -1, dtype=np.intp)
-    for row, stamp in enumerate(time_ns.tolist()):
-        place = bisect.bisect_right(tails, stamp)
-        if place == len(tails):
-            tails.append(stamp)
-            tail_rows.append(row)
-        else:
-            tails[place] = stamp
-            tail_rows[place] = row
-        before[row] = tail_rows[place - 1] if place else -1
-    chosen = np.empty(len(tails), dtype=np.intp)
-    row = tail_rows[-1]
-    for place in range(len(tails) - 1, -1, -1):
-        chosen[place] = row
-        row = before[row]
-    return chosen
-
-
-def time_summary(t: Array) -> dict[str, float]:
-    """Rate, span and gaps of a clock.
-
-    Parameters
-    ----------
-    t : (n,) array
-        Time [s], rising.
-    """
-    if len(t) < 2:
-        return {"samples": float(len(t)), "span_s": 0.0, "rate_hz": 0.0, "gaps": 0.0, "longest_gap_s": 0.0}
-    steps = np.diff(t)
-    usual = float(np.median(steps))
-    gaps = steps > GAP * usual
-    return {
-        "samples": float(len(t)),
-        "span_s": float(t[-1] - t[0]),
-        "rate_hz": 1.0 / usual,
-        "gaps": float(gaps.sum()),
-        "longest_gap_s": float(steps.max()) if gaps.any() else 0.0,
-    }
 
 
 def judge(t: Array, channels: Mapping[str, Array], axis: Axis) -> tuple[dict[str, Mask], dict[str, dict[str, float]]]:

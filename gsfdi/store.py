@@ -11,38 +11,22 @@ killed half way is finished by running it again. Every file is checked against i
 """
 
 import hashlib
-import itertools
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import quote, unquote
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.compute as pc
 
 from gsfdi.atomic import sync_folder, write_text
-from gsfdi.canonical import axis_of, filled, open_verified, write_parquet
-from gsfdi.channels import CHANNEL_OF_COLUMN
-from gsfdi.errors import BaselineError, UnusableInputError
-from gsfdi.quality import judge
-from gsfdi.types import Array, Batch, JointRecord
+from gsfdi.canonical import write_parquet
+from gsfdi.errors import BaselineError
+from gsfdi.parts import CONTENT, Part, content_of, days, holds, meets, part_of, read_part, retire
+from gsfdi.types import Batch, JointRecord
 
 BASELINE_SCHEMA = "gsfdi/baseline-file/1"
-DAY_NS = 86_400_000_000_000
-
-
-class Part(NamedTuple):
-    """One file of telemetry and the stretch that it holds."""
-
-    robot: str
-    joint: str
-    path: Path
-    start_ns: int
-    end_ns: int
 
 
 class Store:
@@ -71,12 +55,12 @@ class Store:
         """
         written = []
         for record in batch.records:
-            for day in _days(record):
+            for day in days(record):
                 path = self._place(day)
-                if not _holds(path, day):
-                    write_parquet(path, [day], {_CONTENT: _content(day)}, hive=True)
+                if not holds(path, day):
+                    write_parquet(path, [day], {CONTENT: content_of(day)}, hive=True)
                     written.append(path)
-                _retire(path)
+                retire(path)
         return written
 
     def parts(self, robot: str = "", joint: str = "") -> list[Part]:
@@ -88,7 +72,7 @@ class Store:
             Narrow the list; all if empty.
         """
         chosen = f"robot={quote(robot, safe='') or '*'}/date=*/joint={quote(joint, safe='') or '*'}/*.parquet"
-        found = [_part(path) for path in (self.root / "telemetry").glob(chosen)]
+        found = [part_of(path) for path in (self.root / "telemetry").glob(chosen)]
         return sorted(found, key=lambda part: (part.robot, part.joint, part.start_ns, part.path.name))
 
     def records(
@@ -106,8 +90,8 @@ class Store:
             Only samples from `start_ns` up to before `end_ns` [ns since 1970].
         """
         for part in self.parts(robot):
-            if (not joints or part.joint in joints) and _meets(part, start_ns, end_ns):
-                yield from _read(part, start_ns, end_ns, None)
+            if (not joints or part.joint in joints) and meets(part, start_ns, end_ns):
+                yield from read_part(part, start_ns, end_ns, None)
 
     def pieces(
         self,
@@ -130,8 +114,8 @@ class Store:
             All if empty.
         """
         for part in self.parts(robot, joint):
-            if _meets(part, start_ns, end_ns):
-                yield from _read(part, start_ns, end_ns, seconds)
+            if meets(part, start_ns, end_ns):
+                yield from read_part(part, start_ns, end_ns, seconds)
 
     def save_baseline(self, name: str, content: Mapping[str, Any]) -> str:
         """Keep a baseline under the next version of its name.
@@ -238,111 +222,7 @@ class Store:
         return self.root / "telemetry" / folder / name
 
 
-_CONTENT = "gsfdi.content"
 _LEARN = "learn one with gsfdi baseline"
-
-
-def _days(record: JointRecord) -> Iterator[JointRecord]:
-    """The record cut at midnights UTC."""
-    if not len(record.t):
-        return
-    stamps = record.t0_ns + np.round(record.t * 1e9).astype(np.int64)
-    day = stamps // DAY_NS
-    edges = [0, *(np.flatnonzero(np.diff(day)) + 1).tolist(), len(day)]
-    for a, b in itertools.pairwise(edges):
-        yield cut(record, a, b) if (a, b) != (0, len(day)) else record
-
-
-def cut(record: JointRecord, first: int, last: int) -> JointRecord:
-    """Samples `first` up to before `last` of a record, with their masks.
-
-    Parameters
-    ----------
-    record : JointRecord
-    first, last : int
-    """
-    t = record.t[first:last]
-    start = round(float(t[0]) * 1e9)
-    return replace(
-        record,
-        t0_ns=record.t0_ns + start,
-        t=(np.round(t * 1e9) - start) * 1e-9,
-        channels={name: values[first:last] for name, values in record.channels.items()},
-        valid={name: mask[first:last] for name, mask in record.valid.items()},
-    )
-
-
-def _content(record: JointRecord) -> str:
-    """Digest of a record's numbers, so that another mapping of the same bytes is seen to differ."""
-    hasher = hashlib.sha256(f"{record.axis} {record.t0_ns}".encode())
-    hasher.update(record.t.tobytes())
-    for name in sorted(record.channels):
-        hasher.update(name.encode() + record.channels[name].tobytes())
-    return hasher.hexdigest()
-
-
-def _holds(path: Path, record: JointRecord) -> bool:
-    """Whether a file is there, whole, and holds the record."""
-    if not path.exists():
-        return False
-    try:
-        file, _ = open_verified(path)
-    except UnusableInputError:
-        return False
-    with file:
-        kept: bytes = (file.metadata.metadata or {}).get(_CONTENT.encode(), b"")
-        return kept.decode() == _content(record)
-
-
-def _retire(path: Path) -> None:
-    """Remove what an earlier reading of the same bytes left that overlaps the file just kept."""
-    kept = _part(path)
-    source = path.name.split("-", 1)[0]
-    for other in path.parent.glob(f"{source}-*.parquet"):
-        part = _part(other)
-        if other != path and part.start_ns <= kept.end_ns and kept.start_ns <= part.end_ns:
-            other.unlink()
-
-
-def _part(path: Path) -> Part:
-    robot, joint = (unquote(folder.name.split("=", 1)[1]) for folder in (path.parents[2], path.parent))
-    _, start, end = path.stem.rsplit("-", 2)
-    return Part(robot, joint, path, int(start), int(end))
-
-
-def _meets(part: Part, start_ns: int | None, end_ns: int | None) -> bool:
-    return (end_ns is None or part.start_ns < end_ns) and (start_ns is None or start_ns <= part.end_ns)
-
-
-def _read(part: Part, start_ns: int | None, end_ns: int | None, seconds: float | None) -> Iterator[JointRecord]:
-    """Records of one file, whole or in pieces of so many seconds."""
-    file, _ = open_verified(part.path)
-    with file:
-        notes = file.metadata.metadata or {}
-        [[source, sha256]] = json.loads(notes[b"gsfdi.source"])
-        lost = json.loads(notes[b"gsfdi.quality"]).get(part.joint, {}).get("time", {})
-        names = filled(file)
-        axis = axis_of(names)
-        rows = max(file.metadata.num_rows, 1)
-        if seconds is not None:
-            span = max((part.end_ns - part.start_ns) * 1e-9, 1e-9)
-            rows = max(min(rows, int(seconds * rows / span)), 1)
-        for batch in file.iter_batches(batch_size=rows, columns=["timestamp", *names]):
-            stamps = np.asarray(batch.column("timestamp").cast(pa.int64()))
-            a = 0 if start_ns is None else int(np.searchsorted(stamps, start_ns))
-            b = len(stamps) if end_ns is None else int(np.searchsorted(stamps, end_ns))
-            if a >= b:
-                continue
-            t = (stamps[a:b] - stamps[a]) * 1e-9
-            channels = {CHANNEL_OF_COLUMN[name][0]: _numbers(batch.column(name))[a:b] for name in names}
-            valid, quality = judge(t, channels, axis)
-            quality["time"] = {**lost, **quality["time"]}
-            yield JointRecord(part.robot, part.joint, int(stamps[a]), t, channels, axis, valid, source, sha256, quality)
-            lost = {}
-
-
-def _numbers(column: pa.Array) -> Array:
-    return np.asarray(pc.fill_null(column, np.nan), dtype=np.float64)
 
 
 def _check(line: str) -> str:

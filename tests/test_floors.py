@@ -22,9 +22,12 @@ GROUND = (
     "subspace",
     "stretches",
     "observer",
+    "whiten",
     "directions",
     "nominal",
+    "clock",
     "quality",
+    "assemble",
     "motion",
     "model",
     "replay",
@@ -33,6 +36,7 @@ GROUND = (
 )
 SHELVES = ("readers", "terms", "detectors", "reports")
 STAGES = (
+    "parts",
     "store",
     "ingest",
     "healthy",

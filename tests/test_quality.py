@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gsfdi import quality
+from gsfdi import clock, quality
 from gsfdi.types import Array
 
 T: Array = np.arange(2000) * 0.01
@@ -78,7 +78,7 @@ def test_saturation_is_counted_and_kept() -> None:
 
 def test_gaps_are_counted() -> None:
     t = np.delete(T, slice(400, 460))
-    summary = quality.time_summary(t)
+    summary = clock.time_summary(t)
     assert summary["gaps"] == 1
     assert summary["longest_gap_s"] == pytest.approx(0.61)
 
@@ -88,7 +88,7 @@ def stamps(n: int = 1000) -> np.ndarray:
 
 
 def test_stamps_that_rise_are_all_believed() -> None:
-    timed = quality.believable_times(stamps())
+    timed = clock.believable_times(stamps())
     assert len(timed.rows) == 1000
     assert not timed.counts
 
@@ -97,7 +97,7 @@ def test_one_absurd_stamp_costs_one_row() -> None:
     for wild in (0, 2**62, -5, 10**18 + 86_400 * 10**9):
         time_ns = stamps()
         time_ns[400] = wild
-        timed = quality.believable_times(time_ns)
+        timed = clock.believable_times(time_ns)
         assert len(timed.rows) == 999
         assert 400 not in timed.rows
 
@@ -106,7 +106,7 @@ def test_duplicate_and_late_stamps_are_left_out_and_told_apart() -> None:
     time_ns = stamps()
     time_ns[100] = time_ns[99]
     time_ns[200:203] = time_ns[150:153] + 1
-    timed = quality.believable_times(time_ns)
+    timed = clock.believable_times(time_ns)
     assert timed.counts == {"duplicate": 1.0, "out_of_order": 3.0}
     assert (np.diff(time_ns[timed.rows]) > 0).all()
 
@@ -114,12 +114,12 @@ def test_duplicate_and_late_stamps_are_left_out_and_told_apart() -> None:
 def test_a_clock_set_back_loses_the_shorter_part() -> None:
     time_ns = stamps()
     time_ns[700:] -= 5_000_000_000
-    timed = quality.believable_times(time_ns)
+    timed = clock.believable_times(time_ns)
     assert timed.counts["out_of_order"] == 500 - 0 or len(timed.rows) == 700
     assert (np.diff(time_ns[timed.rows]) > 0).all()
 
 
 def test_a_piece_goes_on_after_the_one_before() -> None:
     time_ns = stamps(10)
-    timed = quality.believable_times(time_ns, after=int(time_ns[3]))
+    timed = clock.believable_times(time_ns, after=int(time_ns[3]))
     assert timed.rows.tolist() == [4, 5, 6, 7, 8, 9]

@@ -12,7 +12,9 @@ import zstandard
 from gsfdi import ingest
 from gsfdi.readers.mcap_file import message_counts
 from gsfdi.types import Problem
-from gsfdi.wire.records import Block, Cursor, unpack, walk
+from gsfdi.wire.records import Block, walk
+from gsfdi.wire.tail import Cursor
+from gsfdi.wire.unpack import unpack
 
 VARIANTS = {
     "zstd": {"compression": "zstd", "chunk_size": 4096},

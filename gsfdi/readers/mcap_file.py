@@ -14,7 +14,8 @@ from gsfdi.types import Problem
 from gsfdi.wire import Item, Stamps, cdr, jsons, layout, proto
 from gsfdi.wire.kernels import Bytes, Ints, fields
 from gsfdi.wire.leaves import UndecodableError
-from gsfdi.wire.records import MAGIC, Block, Cursor, Note, hops, read_tail, walk
+from gsfdi.wire.records import Block, Note, hops, walk
+from gsfdi.wire.tail import MAGIC, Cursor, read_tail
 
 MOST_TOPICS = 4_096
 _STATE_TOPICS = ("joint_states", "joint_state")

@@ -4,31 +4,27 @@ The file is walked from its start, so it needs no index and may be cut short. Wh
 bytes in which whole records stand side by side, from one chunk or from between the chunks.
 """
 
-import struct
 import zlib
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, NamedTuple, TypeAlias
 
-import lz4.frame
 import numpy as np
-import zstandard
 from mcap.opcode import Opcode
 
 from gsfdi.errors import UnusableInputError
 from gsfdi.types import Problem
 from gsfdi.wire.kernels import Bytes, Ints, hop
+from gsfdi.wire.tail import MAGIC, Cursor, Tail, checksum, read_tail
+from gsfdi.wire.unpack import unpack
 
-MAGIC = b"\x89MCAP0\r\n"
 WINDOW = 1 << 22
 """Bytes of the file read at a time."""
 MOST_CHUNK = 128 << 20
 """A chunk that would unpack to more is left out; recorders write 1 to 16 MB."""
 MOST_RATIO, MOST_FREE = 200, 64 << 20
 """A whole file may unpack to this many times its size, and this many bytes on top."""
-MOST_SMALL = 16 << 20
-"""Longest schema, channel or metadata record that is read."""
 MOST_HOPS = 65_536
 """Records listed at a time."""
 _LOOSE = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
@@ -52,19 +48,6 @@ class Note:
     entries: Mapping[str, str]
 
 
-@dataclass(frozen=True, slots=True)
-class Tail:
-    """What the end of the file says about the rest."""
-
-    whole: bool = False
-    data_crc: int = 0
-    data_end: int = 0
-    chunk_starts: tuple[int, ...] = ()
-    messages: int | None = None
-    definitions: tuple[tuple[int, bytes], ...] = ()
-    damaged: str = ""
-
-
 Piece: TypeAlias = Block | Note | Problem
 
 
@@ -74,28 +57,6 @@ class Hops(NamedTuple):
     opcodes: Bytes
     starts: Ints
     sizes: Ints
-
-
-class Cursor:
-    """Reads a record's body and never past its end."""
-
-    def __init__(self, body: bytes) -> None:
-        self.body, self.at = body, 0
-
-    def take(self, size: int) -> bytes:
-        """The next `size` bytes; ValueError where there are fewer."""
-        if size > len(self.body) - self.at:
-            raise ValueError(f"{size} bytes wanted, {len(self.body) - self.at} left")
-        self.at += size
-        return self.body[self.at - size : self.at]
-
-    def number(self, size: int) -> int:
-        """An unsigned little-endian number."""
-        return int.from_bytes(self.take(size), "little")
-
-    def text(self) -> str:
-        """A string after its length."""
-        return self.take(self.number(4)).decode("utf-8", "replace")
 
 
 def walk(path: Path) -> Iterator[Piece]:
@@ -110,7 +71,7 @@ def walk(path: Path) -> Iterator[Piece]:
         tail = read_tail(file, size)
         trusted: bool | None = None
         if tail.whole and tail.data_crc:
-            trusted = _crc(file, tail.data_end) == tail.data_crc
+            trusted = checksum(file, tail.data_end) == tail.data_crc
             if not trusted:
                 yield Problem(str(path), "is damaged: the checksum over its data fails", _MEND)
         if tail.damaged:
@@ -122,77 +83,6 @@ def walk(path: Path) -> Iterator[Piece]:
 
 
 _MEND = "fetch the file again; the rest is used as it is"
-
-
-def read_tail(file: BinaryIO, size: int) -> Tail:
-    """Read the footer, and through it the summary, as far as they can be believed.
-
-    Parameters
-    ----------
-    file : binary file
-    size : int
-        Its length [bytes].
-    """
-    footer = 9 + 20 + 8
-    if size < 8 + footer:
-        return Tail()
-    file.seek(size - footer)
-    end = file.read(footer)
-    if end[-8:] != MAGIC or end[:9] != struct.pack("<BQ", Opcode.FOOTER, 20):
-        return Tail()
-    start, _, crc = struct.unpack("<QQI", end[9:29])
-    if start == 0:
-        file.seek(size - footer - 13)
-        data_end = _data_end(file.read(13))
-        damaged = "" if crc in (0, zlib.crc32(end[:25])) else "the checksum over its end fails"
-        return Tail(True, data_end or 0, size - footer - 13, damaged=damaged)
-    if not 21 <= start <= size - footer or size - footer - start > MOST_SMALL:
-        return Tail(damaged="its footer points nowhere")
-    file.seek(start)
-    summary = file.read(size - footer - start)
-    if crc and zlib.crc32(end[:25], zlib.crc32(summary)) != crc:
-        return Tail(damaged="the checksum over its index fails; its data were read without it")
-    file.seek(start - 13)
-    data_end = _data_end(file.read(13))
-    if data_end is None:
-        return Tail(damaged="its data section does not end where its footer says")
-    return _summary(summary, data_end, start - 13)
-
-
-def _summary(summary: bytes, data_crc: int, data_end: int) -> Tail:
-    """What the index says: where chunks start, how many messages there are, schemas and channels once more."""
-    starts: list[int] = []
-    definitions: list[tuple[int, bytes]] = []
-    messages = None
-    at = 0
-    while at + 9 <= len(summary):
-        opcode, size = struct.unpack_from("<BQ", summary, at)
-        body = summary[at + 9 : at + 9 + size]
-        if opcode == Opcode.CHUNK_INDEX and len(body) >= 24:
-            starts.append(struct.unpack_from("<Q", body, 16)[0])
-        elif opcode == Opcode.STATISTICS and len(body) >= 8:
-            messages = struct.unpack_from("<Q", body)[0]
-        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            definitions.append((opcode, body))
-        at += 9 + size
-    return Tail(True, data_crc, data_end, tuple(sorted(starts)), messages, tuple(definitions))
-
-
-def _data_end(record: bytes) -> int | None:
-    """The data section's checksum, from the record that ends it."""
-    if len(record) != 13 or record[:9] != struct.pack("<BQ", Opcode.DATA_END, 4):
-        return None
-    return int(struct.unpack_from("<I", record, 9)[0])
-
-
-def _crc(file: BinaryIO, end: int) -> int:
-    file.seek(0)
-    crc, left = 0, end
-    while left > 0:
-        block = file.read(min(left, WINDOW))
-        crc = zlib.crc32(block, crc)
-        left -= len(block)
-    return crc
 
 
 class _Walk:
@@ -329,66 +219,3 @@ def hops(data: Bytes, at: int) -> tuple[Hops, int]:
     opcodes, starts, sizes = np.empty(most, np.uint8), np.empty(most, np.int64), np.empty(most, np.int64)
     count, following, _ = hop(data, at, opcodes, starts, sizes)
     return Hops(opcodes[:count], starts[:count], sizes[:count]), following
-
-
-def unpack(compression: str, packed: bytes, size: int, cut: bool) -> bytes:
-    """Decompress a chunk into exactly `size` bytes, or as far as a cut one goes.
-
-    Parameters
-    ----------
-    compression : str
-        ``""``, ``"zstd"`` or ``"lz4"``.
-    packed : bytes
-    size : int
-        Length that the chunk states.
-    cut : bool
-
-    Raises
-    ------
-    ValueError
-        Not what the chunk states, or of unknown compression.
-    """
-    try:
-        if compression == "":
-            data = packed
-        elif compression == "zstd":
-            data = _zstd(packed, size, cut)
-        elif compression == "lz4":
-            data = _lz4(packed, size)
-        else:
-            raise ValueError(f"compression {compression[:20]!r} is none of zstd, lz4")
-    except (zstandard.ZstdError, RuntimeError, EOFError, MemoryError) as error:
-        raise ValueError(f"it does not unpack: {error}") from error
-    if len(data) > size or (len(data) < size and not cut):
-        raise ValueError(f"it unpacks to {len(data)} bytes and not the {size} that it states")
-    return data
-
-
-def _zstd(packed: bytes, size: int, cut: bool) -> bytes:
-    if not cut and len(packed) >= 18 and zstandard.get_frame_parameters(packed).content_size == size:
-        try:
-            return zstandard.ZstdDecompressor().decompress(packed, allow_extra_data=False)
-        except zstandard.ZstdError:
-            pass  # several frames, or damaged: the bounded way says which
-    parts: list[bytes] = []
-    left = size + 1
-    with zstandard.ZstdDecompressor().stream_reader(packed, read_across_frames=True) as stream:
-        while left > 0:
-            part = stream.read(min(left, WINDOW))
-            if not part:
-                break
-            parts.append(part)
-            left -= len(part)
-    return b"".join(parts)
-
-
-def _lz4(packed: bytes, size: int) -> bytes:
-    parts: list[bytes] = []
-    left = size + 1
-    while packed and left > 0:
-        frame = lz4.frame.LZ4FrameDecompressor()
-        part = frame.decompress(packed, max_length=left)
-        parts.append(part)
-        left -= len(part)
-        packed = frame.unused_data or b""
-    return b"".join(parts) if len(parts) != 1 else parts[0]
