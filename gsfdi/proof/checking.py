@@ -7,7 +7,7 @@ from typing import Any
 from gsfdi.errors import UnusableInputError
 from gsfdi.proof.scoring import score
 from gsfdi.proof.seal import answer_hashes, bound, opened, promised
-from gsfdi.proof.summary import by_kind, confusion, summarise
+from gsfdi.proof.summary import by_kind, confusion, rivals, summarise
 
 SCHEMA = "gsfdi/proof/1"
 
@@ -29,6 +29,7 @@ def scored(folder: Path) -> dict[str, Any]:
         "schema": SCHEMA,
         "seal": {"truth_sha256": promise["truth_sha256"], "answers_sha256": bound(hashes), "answers": hashes},
         "figures": summarise(rows),
+        "rivals": rivals(rows),
         "kinds": by_kind(rows),
         "confusion": confusion(rows),
         "scores": scores,
@@ -68,7 +69,7 @@ def check(folder: Path) -> dict[str, Any]:
         if one["trespassed"]:
             answer = folder / "answers" / f"{name}.json"
             raise UnusableInputError(answer, "was got by reading what the tool may not read", "its score is void")
-    for part in ("seal", "figures", "kinds", "confusion", "scores"):
+    for part in ("seal", "figures", "rivals", "kinds", "confusion", "scores"):
         if stored.get(part) != anew[part]:
             raise UnusableInputError(
                 path, f"its {part} are not what the answers give", "trust the answers; prove again"

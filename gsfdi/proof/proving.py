@@ -19,6 +19,7 @@ from gsfdi.proof.cases import Case, Design, draw, truth_of, write_files
 from gsfdi.proof.checking import scored
 from gsfdi.proof.concealment import concealment, oracle
 from gsfdi.proof.plan import full, plan
+from gsfdi.proof.rivals import rivals
 from gsfdi.proof.running import TOOL, Desk, examine
 from gsfdi.proof.seal import Sealed, digest, put, spelled
 
@@ -115,7 +116,7 @@ def answer_all(
             case = draw(design, at)
             files = files_of(case)
             assert {file: digest(content) for file, content in files.items()} == inputs[name], "cases must repeat"
-            examine(desk, name, files, case.withheld, answers)
+            examine(desk, name, files, case.withheld, answers, rivals)
         finally:
             desks.put(desk)
 

@@ -3,10 +3,9 @@
 import json
 import os
 import select
-import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -92,7 +91,12 @@ class Desk:
 
 
 def examine(
-    desk: Desk, name: str, files: Mapping[str, bytes], withheld: Sequence[str], answers: Path, keep: Sequence[str] = ()
+    desk: Desk,
+    name: str,
+    files: Mapping[str, bytes],
+    withheld: Sequence[str],
+    answers: Path,
+    compare: Callable[[Path], object] = lambda folder: {},
 ) -> None:
     """Put one case before the tool and store its answer, unless it is stored already.
 
@@ -108,8 +112,8 @@ def examine(
         Terms that it is told to leave out of its library.
     answers : Path
         Folder for the answers.
-    keep : sequence of str
-        Further files of the tool's output to store beside the answer.
+    compare : callable
+        Gives what rivals say of the same folder, stored beside the answer.
     """
     stored = answers / f"{name}.json"
     if stored.exists():
@@ -124,7 +128,5 @@ def examine(
             said = json.loads((Path(place) / "answer" / "reconcile.json").read_text())
         except (OSError, ValueError):
             said = None
-        for file in keep:
-            if (Path(place) / "answer" / file).exists():
-                shutil.copy(Path(place) / "answer" / file, answers / f"{name}.{file}")
-    write_text(stored, spelled({"case": name, "answer": said, **reply}) + "\n")
+        rivals = compare(Path(place))
+    write_text(stored, spelled({"case": name, "answer": said, "rivals": rivals, **reply}) + "\n")

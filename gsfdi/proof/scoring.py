@@ -44,8 +44,14 @@ def score(truth: Mapping[str, Any], reply: Mapping[str, Any]) -> dict[str, Any]:
         Flags and numbers by name; None where a question does not arise.
     """
     joint = _joint_of(reply)
-    base = {"group": truth["group"], "kinds": truth["kinds"], "size": truth["size"], "seconds": reply["seconds"]}
+    base: dict[str, Any] = {
+        "group": truth["group"],
+        "kinds": truth["kinds"],
+        "size": truth["size"],
+        "seconds": reply["seconds"],
+    }
     base |= {"concealment": truth.get("concealment"), "answered": joint is not None}
+    base["rivals"] = {rival: _rival(truth, said) for rival, said in reply.get("rivals", {}).items()}
     if joint is None or reply["trespasses"]:
         return base | _void(truth, bool(reply["trespasses"]))
     named = names(truth, joint)
@@ -72,6 +78,14 @@ def score(truth: Mapping[str, Any], reply: Mapping[str, Any]) -> dict[str, Any]:
         "parameters": [] if stranger else list(_parameters(truth, joint)),
         "fit": _fit(truth, joint),
     }
+
+
+def _rival(truth: Mapping[str, Any], said: Sequence[str]) -> dict[str, Any]:
+    """What a rival named, held to the same rule."""
+    named = names(truth, {"omitted_physics": [{"term": name} for name in said]})
+    true = [effect["term"] for effect in truth["effects"] if not _sham(effect)]
+    asked = bool(true) and truth["group"] not in ("unknown", "withheld")
+    return {"named": named, "first_right": (bool(named) and named[0] in true) if asked else None}
 
 
 def is_visible(truth: Mapping[str, Any]) -> bool:

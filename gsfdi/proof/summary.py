@@ -75,6 +75,23 @@ def summarise(scores: Sequence[Score]) -> dict[str, Any]:
     }
 
 
+def rivals(scores: Sequence[Score]) -> dict[str, dict[str, Any]]:
+    """Give the rivals' figures, by the same names, on the same cases."""
+    found: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    for score in scores:
+        for name, said in score["rivals"].items():
+            shown = score["group"] in ("single", "mujoco") and score["visible"]
+            null = bool(said["named"]) if score["group"] == "null" else None
+            found[name].append({"right": said["first_right"] if shown else None, "null": null})
+    return {
+        name: {
+            "first_name_right": _share(rows, _field("right")),
+            "false_discovery_in_nulls": _share(rows, _field("null")),
+        }
+        for name, rows in found.items()
+    }
+
+
 def _median(values: Iterable[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return float(np.median(known)) if known else None
