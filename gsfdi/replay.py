@@ -442,6 +442,7 @@ def show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, 
         source = LATE
     for i in range(2):
         shown[sample, i] = v[source, i]
+        shown[sample, INNOVATION + i] = np.nan
         if mode >= PREDICT:
             shown[sample, INNOVATION + i] = clock[now, POSITION + i] - v[source, i]
             if math.isfinite(clock[now, POSITION + i]):
@@ -449,9 +450,19 @@ def show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, 
                     v[X, n] += gain[n, i] * shown[sample, INNOVATION + i]
 
 
+@compiled
+def blank(clock, now, state, shown):  # type: ignore[no-untyped-def]
+    """Write not-a-number from event `now` on, where the model has run away."""
+    for k in range(now, clock.shape[0]):
+        for i in range(STATE_WIDTH):
+            state[k, i] = np.nan
+        for i in range(SHOWN_WIDTH if clock[k, RECORD] >= 0 else 0):
+            shown[int(clock[k, RECORD]), i] = np.nan
+
+
 @inlined
 def run(model, clock, noise, resolution, mode, start, gain, restarts, state, shown, m, v, flow, powers, states):  # type: ignore[no-untyped-def]
-    """Replay one model; returns how many events it survived.
+    """Replay one model.
 
     `start` (1, 5) and `restarts` (k, 5) hold motion and the integral part; `state` and `shown` are filled; what
     follows them is scratch (see `scratch`).
@@ -481,10 +492,10 @@ def run(model, clock, noise, resolution, mode, start, gain, restarts, state, sho
         if clock[now, RECORD] >= 0:
             shown[int(clock[now, RECORD]), SHOWN_EFFORT] = mapped(CURRENT_SENSOR, model, m, states, held)
         if not abs(v[X, 0]) + abs(v[X, 1]) + abs(v[X, 2]) + abs(v[X, 3]) < 1e9:
-            return now
+            blank(clock, now, state, shown)
+            break
         if now + 1 < events:
             travel(model, era, powers, m, v, states, flow, clock, state, now)
-    return events
 
 
 @compiled

@@ -176,8 +176,8 @@ def run(
     """
     announce_compilation()
     events = clock.events.shape[0]
-    state = np.full((len(models), events, kernel.STATE_WIDTH), np.nan)
-    shown = np.full((len(models), t.size, kernel.SHOWN_WIDTH), np.nan)
+    state = np.empty((len(models), events, kernel.STATE_WIDTH))
+    shown = np.empty((len(models), t.size, kernel.SHOWN_WIDTH))
     room = kernel.scratch(max(len(model.physics) for model in models))
     kernel.run_many(packed, *clock, _MODES[mode], starts[:, None, :], gains, again, state, shown, *room)
     at = slice(None) if events == t.size else clock.events[:, kernel.RECORD] >= 0
