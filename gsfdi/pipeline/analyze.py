@@ -1,6 +1,7 @@
 """``gsfdi analyze``: every joint of a batch judged against its baseline, in one pass and bounded memory."""
 
 import json
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ from gsfdi.atomic import write_text
 from gsfdi.baseline import Baseline, JointBaseline, part_of
 from gsfdi.diagnosis import Limits, assess, unjudged
 from gsfdi.mapping import Mapping as LogMapping
+from gsfdi.modelfile import Models, load_models
 from gsfdi.overview import Overview
 from gsfdi.pipeline.baseline import load
 from gsfdi.pipeline.history import foretold, past
@@ -29,6 +31,8 @@ LARGE = 64 << 20
 """Bytes of input from which more processes than one are worth their start."""
 PIECE = 400_000
 """Values of all channels that are read at a time."""
+RECENT = 20_000
+"""Samples at least that reconcile is given of a long batch."""
 SAMPLES = 30_000
 """Samples that go to the detectors at a time, five minutes at 100 Hz: they work with a kilobyte and more for each."""
 USUAL = ("json", "csv", "html")
@@ -50,6 +54,8 @@ class Share:
         This share takes every `of`-th joint of the baseline, from `number`; the first also takes all unknown joints.
     baseline : Baseline
         What the joints are judged against.
+    models : Models or None
+        What the joints are built like, for reconcile to name a cause where no known fault does.
     now : datetime
         When the analysis is.
     stale_after_s : float or None
@@ -62,6 +68,7 @@ class Share:
     number: int
     of: int
     baseline: Baseline
+    models: Models | None
     now: datetime
     stale_after_s: float | None
 
@@ -133,6 +140,7 @@ class Desk:
     ) -> None:
         self._key, self._first = key, first
         self._overview = Overview()
+        self._recent: deque[JointRecord] = deque()
         self._queue: Queue[JointRecord | None] = Queue()
         self._verdict: Future[Verdict] | None = None
         if baseline is not None:
@@ -143,7 +151,11 @@ class Desk:
         self._overview.add(piece)
         if self._verdict is not None:
             for start in range(0, len(piece.t), SAMPLES):
-                self._queue.put(part_of(piece, start, start + SAMPLES))
+                part = part_of(piece, start, start + SAMPLES)
+                self._recent.append(part)
+                while sum(len(one.t) for one in self._recent) - len(self._recent[0].t) >= RECENT:
+                    self._recent.popleft()
+                self._queue.put(part)
                 self._queue.join()
 
     def close(self) -> None:
@@ -165,10 +177,23 @@ class Desk:
         pieces = self._pieces()
         limits, now_ns = _limits(share)
         try:
-            return assess(pieces, baseline, limits=limits, now_ns=now_ns)
+            return assess(
+                pieces, baseline, limits=limits, now_ns=now_ns, explain=lambda: self._cause(baseline, share.models)
+            )
         finally:
             for _ in pieces:  # whoever fills the queue must not wait for ever, whatever went wrong here
                 pass
+
+    def _cause(self, baseline: JointBaseline, models: Models | None) -> Mapping[str, object] | None:
+        """What reconcile makes of the latest part of the batch, where there is a model file to start from."""
+        if models is None or not self._recent:
+            return None
+        from gsfdi.pipeline.cause import cause  # reconcile is a second to load, which a quiet night need not wait for
+
+        whole = Overview()
+        for part in self._recent:
+            whole.add(part)
+        return cause([whole.record()], baseline, models.for_joint(self._first.joint))
 
     def _pieces(self) -> Iterator[JointRecord]:
         while (piece := self._queue.get()) is not None:
@@ -246,9 +271,10 @@ def analyze(
     paths = tuple(reading.gather(sources))
     size = sum(path.stat().st_size for path in paths)
     parts = min(crew.size, len(baseline.joints)) if crew.scheduler or size >= LARGE else 1
-    loaded = mappings_of(mappings)
+    loaded, models = mappings_of(mappings), load_models(model) if model else None
     shares = [
-        Share(paths, loaded, tuple(joints), number, parts, baseline, now, stale_after_s) for number in range(parts)
+        Share(paths, loaded, tuple(joints), number, parts, baseline, models, now, stale_after_s)
+        for number in range(parts)
     ]
     done = each(watch, shares, crew, progress, "analysis")
     judged = in_order([one for some, _, _ in done for one in some], baseline)
