@@ -110,7 +110,7 @@ def stream(
 
 
 def describe(path: Path | str, mappings: Sequence[Mapping] = ()) -> dict[str, object]:
-    """Say what a file holds and how it would be read, without reading it all.
+    """Say what a file holds and how it would be read.
 
     Parameters
     ----------

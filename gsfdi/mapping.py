@@ -5,6 +5,7 @@ A mapping belongs to one robot. Units convert here and nowhere else, so past the
 
 import dataclasses
 import datetime as dt
+import re
 import tomllib
 from collections.abc import Mapping as Map
 from dataclasses import dataclass
@@ -63,7 +64,11 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
-    """How the logs of one robot are read; `time_ns` is the length of a tick of a numeric clock [ns]."""
+    """How the logs of one robot are read.
+
+    `time_ns` is the length of a tick of a numeric clock [ns], `epoch_ns` its epoch; `epoch_name` says how the epoch is
+    written in a file's name (``time_epoch_name = "ur-%y_%m_%d"``), for loggers that count from their own start.
+    """
 
     path: str
     robot: str
@@ -73,6 +78,29 @@ class Mapping:
     time_ns: int = 1_000_000_000
     epoch_ns: int = 0
     joint: str | int | None = None
+    epoch_name: str = ""
+
+    def epoch_of(self, path: str) -> int:
+        """Epoch of a file's clock [ns]: the date in its name where the mapping says how that is written.
+
+        Parameters
+        ----------
+        path : str
+
+        Examples
+        --------
+        >>> Mapping("m.toml", "arm", {}, epoch_name="ur-%y_%m_%d").epoch_of("data/ur-19_09_27-p1.csv")
+        1569542400000000000
+        """
+        if not self.epoch_name:
+            return self.epoch_ns
+        pattern = re.sub(r"%[Yymd%HMS]", lambda found: _DIGITS[found.group()], re.escape(self.epoch_name))
+        found = re.search(pattern, Path(path).stem)
+        try:
+            return _epoch_ns(dt.datetime.strptime(found.group() if found else "", self.epoch_name), path)
+        except ValueError as error:
+            what = f"has no date written {self.epoch_name!r} in its name"
+            raise UnusableInputError(path, what, "rename it, or give time_epoch instead of time_epoch_name") from error
 
     def topics(self) -> set[str]:
         """Topics that the mapping names."""
@@ -144,10 +172,12 @@ def parse(content: Map[str, Any], path: str = "mapping") -> Mapping:
         time_ns=TIME_UNITS[content.get("time_unit", "s")],
         epoch_ns=_epoch_ns(content.get("time_epoch", 0), path),
         joint=content.get("joint"),
+        epoch_name=str(content.get("time_epoch_name", "")),
     )
 
 
-_HEAD = ("schema", "robot", "time", "time_unit", "time_epoch", "joint")
+_DIGITS = {f"%{code}": r"\d{2}" for code in "ymdHMS"} | {"%Y": r"\d{4}", "%%": "%"}
+_HEAD = ("schema", "robot", "time", "time_unit", "time_epoch", "time_epoch_name", "joint")
 _KEYS = ("topic", "field", "names", "unit", "scale", "offset", "rename", "columns", "column")
 
 

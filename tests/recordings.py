@@ -16,7 +16,7 @@ T0 = 1_700_000_000_000_000_000
 NAMES = ("shoulder", "elbow", "wrist")
 COMPRESSIONS = {"none": CompressionType.NONE, "lz4": CompressionType.LZ4, "zstd": CompressionType.ZSTD}
 
-_HEADER = """
+HEADER = """
 ================================================================================
 MSG: std_msgs/Header
 builtin_interfaces/Time stamp
@@ -28,7 +28,7 @@ uint32 nanosec
 """
 JOINT_STATE = (
     "# a comment\nstd_msgs/Header header\n\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"
-    + _HEADER
+    + HEADER
 )
 JOINT_STATE_IDL = """
 ================================================================================
@@ -72,7 +72,7 @@ uint32 nanosec
 def controller_state(wanted: str, sensed: str) -> str:
     """Schema of control_msgs/JointTrajectoryControllerState with the field names of one era."""
     points = "".join(f"trajectory_msgs/JointTrajectoryPoint {name}\n" for name in (wanted, sensed, "error"))
-    return "std_msgs/Header header\nstring[] joint_names\n" + points + _POINT + _HEADER
+    return "std_msgs/Header header\nstring[] joint_names\n" + points + _POINT + HEADER
 
 
 class Cdr:

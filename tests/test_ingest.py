@@ -212,6 +212,66 @@ def test_faults_of_time_and_value_are_masked_and_counted(
     assert bool(moved) <= any("left out" in problem.what for problem in batch.problems)
 
 
+def test_each_table_takes_the_mapping_that_fits(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t,q\n" + "".join(f"{0.01 * i},{i}\n" for i in range(50)))
+    (tmp_path / "b.csv").write_text("s,angle\n" + "".join(f"{0.01 * i},{i}\n" for i in range(50)))
+    head = {"schema": "gsfdi/mapping/1"}
+    mappings = [
+        parse({**head, "robot": time, "time": time, "position_rad": {"columns": {"J1": column}, "unit": "deg"}})
+        for time, column in (("t", "q"), ("s", "angle"))
+    ]
+    batch = ingest.read([tmp_path / "a.csv", tmp_path / "b.csv"], mappings)
+    assert [record.robot for record in batch.records] == ["t", "s"]
+    assert not ingest.read([tmp_path / "a.csv"], mappings[1:]).records
+
+
+def test_topics_that_no_mapping_names_are_read_by_their_schemas_and_that_is_said(tmp_path: Path) -> None:
+    path = recordings.joint_states(tmp_path / "a.mcap", 50)
+    table = {"topic": "/elsewhere", "field": "position[]", "names": "name[]"}
+    batch = ingest.read([path], [parse({"schema": "gsfdi/mapping/1", "position_rad": table})])
+    assert len(batch.records) == 3
+    assert any("/elsewhere" in problem.what and problem.kind == "note" for problem in batch.problems)
+
+
+def test_dynamic_states_name_their_interfaces(tmp_path: Path) -> None:
+    schema = (
+        "std_msgs/Header header\nstring[] joint_names\nInterfaceValue[] interface_values\n"
+        + "=" * 80
+        + "\nMSG: control_msgs/InterfaceValue\nstring[] interface_names\nfloat64[] values\n"
+        + recordings.HEADER
+    )
+    messages = []
+    for i in range(60):
+        cdr = recordings.Cdr().stamp(T0 + i * STEP).texts(["a", "b"]).put("I", 2)
+        for j in range(2):
+            cdr.texts(["position", "effort", "humidity"]).doubles([i + j, 0.5 * i, 3.0])
+        messages.append((T0 + i * STEP, bytes(cdr.data)))
+    name = "control_msgs/msg/DynamicJointState"
+    entry = ("/dynamic_joint_states", "cdr", name, "ros2msg", schema.encode(), messages)
+    batch = ingest.read([recordings.write_mcap(tmp_path / "a.mcap", [entry])])
+    assert [sorted(record.channels) for record in batch.records] == [["drive_torque", "position"]] * 2
+    np.testing.assert_array_equal(batch.records[1].channels["position"], 1.0 + np.arange(60))
+
+
+def test_any_protobuf_is_read_through_a_mapping(tmp_path: Path) -> None:
+    path = recordings.protobuf_recording(tmp_path / "a.mcap", 100)
+    table = {"topic": "/arm/joints", "names": "joints[].name"}
+    mapping = parse(
+        {
+            "schema": "gsfdi/mapping/1",
+            "robot": "arm",
+            "time": "timestamp",
+            "position_m": {**table, "field": "joints[].position", "unit": "mm"},
+            "motor_velocity_m_s": {**table, "field": "joints[].velocity", "unit": "mm/s", "scale": 2.0},
+        }
+    )
+    records = ingest.read([path], [mapping]).records
+    position, velocity, _ = motion(100, 3)
+    assert {(record.robot, record.axis) for record in records} == {("arm", "linear")}
+    np.testing.assert_allclose(records[2].channels["position"], 1e-3 * position[:, 2])
+    np.testing.assert_allclose(records[2].channels["motor_velocity"], 2e-3 * velocity[:, 2])
+
+
 def test_summary_tells_what_was_masked(tmp_path: Path) -> None:
     position, _, _ = motion(300, 3)
     position[50, 1] = 1e165

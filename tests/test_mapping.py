@@ -55,6 +55,15 @@ def test_epoch_is_a_date_or_seconds() -> None:
     assert parse({**HEAD, **table, "time_epoch": 5}).epoch_ns == 5 * 10**9
 
 
+def test_epoch_may_stand_in_the_files_name() -> None:
+    table = {"position_rad": {"columns": {"J1": 1}}}
+    mapping = parse({**HEAD, **table, "time_epoch_name": "%Y-%m-%d_%H%M%S"})
+    assert mapping.epoch_of("x/run 2026-11-21_000001 a.csv") == 1_795_219_201 * 10**9
+    for name in ("run.csv", "run 2026-13-41_000001.csv"):
+        with pytest.raises(UnusableInputError, match="no date"):
+            mapping.epoch_of(name)
+
+
 @pytest.mark.parametrize("path", sorted((Path(__file__).parents[1] / "configs").glob("*.toml")), ids=lambda p: p.stem)
 def test_mappings_shipped_are_read(path: Path) -> None:
     if "gsfdi/mapping/1" in path.read_text():

@@ -18,7 +18,7 @@ from gsfdi.wire.records import Block, Note, hops, walk
 from gsfdi.wire.tail import MAGIC, Cursor, read_tail
 
 MOST_TOPICS = 4_096
-_STATE_TOPICS = ("joint_states", "joint_state")
+_STATE_TOPICS = ("joint_states", "joint_state", "dynamic_joint_states")
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,6 +273,10 @@ def _remarks(path: Path, contents: Contents, mappings: Sequence[Mapping], whole:
     if contents.unverified:
         yield Problem(str(path), f"integrity {_integrity(contents)}", "let the recorder write chunk CRCs", "note")
     topics = {channel.topic for channel in contents.channels.values()}
+    named = {topic for mapping in mappings for topic in mapping.topics()}
+    if named and not named & topics:
+        what = f"has none of the topics that the mappings name ({', '.join(sorted(named))}); read by its own schemas"
+        yield Problem(str(path), what, f"its topics: {', '.join(sorted(topics)[:12])}", "note")
     for mapping in mappings:
         absent = sorted(mapping.topics() - topics)
         if absent and mapping.topics() & topics:

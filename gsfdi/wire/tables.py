@@ -71,7 +71,15 @@ def plans(path: object, names: Sequence[str], mappings: Sequence[LogMapping], ro
             f"is no canonical telemetry; its {len(names)} columns: {shown}",
             "give a --mapping that names the columns of each joint",
         )
-    return [_plan(path, names, mapping) for mapping in tabular]
+    found, misfits = [], []
+    for mapping in tabular:
+        try:
+            found.append(_plan(path, names, mapping))
+        except UnusableInputError as error:
+            misfits.append(error)  # a mapping meant for another of the files
+    if not found:
+        raise misfits[0]
+    return found
 
 
 def is_canonical(names: Sequence[str]) -> bool:
@@ -107,7 +115,7 @@ def _plan(path: object, names: Sequence[str], mapping: LogMapping) -> Plan:
     )
     joint = None if mapping.joint is None else find(mapping.joint, "joint")
     time = find(mapping.time, "time")
-    return Plan(mapping.robot, time, mapping.time_ns, mapping.epoch_ns, joint, picks)
+    return Plan(mapping.robot, time, mapping.time_ns, mapping.epoch_of(str(path)), joint, picks)
 
 
 def read_as(plan: Plan) -> dict[str, object]:
