@@ -13,6 +13,8 @@ from gsfdi.types import Array, Mask
 
 GAP = 5.0
 """A pause of more than this many usual spacings is a gap."""
+FARTHEST_NS = 2.0**61
+"""Further than 73 years from 1970 nothing was recorded; differences of such stamps would overflow."""
 JUMP_NS = 3_600_000_000_000
 """Stamps further than this from the bulk of the recording come from a clock that jumped."""
 
@@ -47,7 +49,7 @@ def believable_times(time_ns: npt.NDArray[np.int64], after: int | None = None) -
         if late.any():
             counts["out_of_order"] = float(late.sum())
             rows = rows[~late]
-    far = _far(time_ns[rows])
+    far = _far(time_ns[rows]) | (np.abs(time_ns[rows].astype(np.float64)) > FARTHEST_NS)
     if far.any():
         counts["clock_jump"] = float(far.sum())
         rows = rows[~far]
@@ -56,8 +58,8 @@ def believable_times(time_ns: npt.NDArray[np.int64], after: int | None = None) -
         chosen = _rising(time_ns[rows])
         counts["out_of_order"] = counts.get("out_of_order", 0.0) + float(len(rows) - len(chosen))
         rows = rows[chosen]
-        steps = np.diff(time_ns[rows])
-    again = np.concatenate([[False], steps == 0]) if len(rows) else np.zeros(0, dtype=np.bool_)
+    seconds = (time_ns[rows] - time_ns[rows[0]]) * 1e-9 if len(rows) else np.zeros(0)
+    again = np.diff(seconds, prepend=-1.0) <= 0.0  # also what float seconds, far from the start, cannot tell apart
     if again.any():
         counts["duplicate"] = float(again.sum())
         rows = rows[~again]

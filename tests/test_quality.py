@@ -119,6 +119,13 @@ def test_a_clock_set_back_loses_the_shorter_part() -> None:
     assert (np.diff(time_ns[timed.rows]) > 0).all()
 
 
+def test_stamps_that_seconds_cannot_tell_apart_are_duplicates() -> None:
+    time_ns = np.array([0, 10**18, 10**18 + 1, 10**18 + 10**6])
+    assert clock.believable_times(time_ns).rows.tolist() == [0, 1, 3]
+    extreme = np.array([-(2**63), -(2**62), 5, 2**62, 2**63 - 1])
+    assert clock.believable_times(extreme).rows.tolist() == [2]
+
+
 def test_a_piece_goes_on_after_the_one_before() -> None:
     time_ns = stamps(10)
     timed = clock.believable_times(time_ns, after=int(time_ns[3]))
