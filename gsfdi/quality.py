@@ -10,6 +10,7 @@ import numpy as np
 
 from gsfdi.channels import Axis
 from gsfdi.clock import time_summary
+from gsfdi.passes import alone, at_limit, extent, repeats, screen
 from gsfdi.types import Array, Mask
 
 _LIMITS: dict[str, float] = {
@@ -69,24 +70,21 @@ def spikes(values: Array) -> Mask:
         NaN where there is no value.
     """
     found = np.zeros(len(values), dtype=np.bool_)
-    known = np.flatnonzero(np.isfinite(values))
-    if len(known) < 20:
+    lacking = np.isnan(values)
+    course = values[~lacking] if lacking.any() else values
+    if len(course) < 20:
         return found
-    course = values[known]
-    # An end is held against the line through the two samples next to it.
-    before, after = 3 * course[1] - 2 * course[2], 3 * course[-2] - 2 * course[-3]
-    course = np.concatenate([[before], course, [after]])
-    off = np.abs(course[1:-1] - 0.5 * (course[:-2] + course[2:]))
-    every = len(known) // _SAMPLED + 1
-    spread = float(np.percentile(off[::every], 90))
+    at = np.arange(1, len(course) - 1, len(course) // _SAMPLED + 1)
+    sampled = course[at]
+    off = np.abs(sampled - 0.5 * (course[at - 1] + course[at + 1]))
+    spread = float(np.percentile(off, 90))
     # A smooth channel has corners; they are no spikes while they are small beside its whole course.
-    sampled = course[::every]
     span = float(np.percentile(np.abs(sampled - np.median(sampled)), 99))
     # Nor is the flicker of the last digit of a resting one; what rounding leaves is no digit.
     digit = float(np.min(off, where=off > 1e-9 * max(float(np.abs(sampled).max()), 1e-3), initial=np.inf))
-    far = np.flatnonzero(off > max(20.0 * spread, 1e-2 * span, min(10.0 * digit, 1e-2), 1e-9))
-    alone = off[far] > 5.0 * np.abs(course[far + 2] - course[far])
-    found[known[far[alone]]] = True
+    lone = np.zeros(len(course), dtype=np.bool_)
+    alone(course, max(20.0 * spread, 1e-2 * span, min(10.0 * digit, 1e-2), 1e-9), lone)
+    found[~lacking if lacking.any() else slice(None)] = lone
     return found
 
 
@@ -106,16 +104,10 @@ def frozen_runs(values: Array, t: Array) -> list[tuple[int, int]]:
     """
     if len(values) < 4 * STUCK_SAMPLES:
         return []
-    same = values[1:] == values[:-1]
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(np.int8)))
-    first, last = edges[::2], edges[1::2]
-    long = (last - first + 1 >= STUCK_SAMPLES) & (t[last] - t[first] >= STUCK_SECONDS)
-    in_long = int(np.sum((last - first)[long]))
-    others = len(same) - in_long
+    runs, within, elsewhere = repeats(values, t, STUCK_SAMPLES, STUCK_SECONDS)
+    others = len(values) - 1 - within
     # A coarse or resting channel repeats all the time; only one that never does can be said to have frozen.
-    if others < 2 * STUCK_SAMPLES or np.sum(same) - in_long > 0.05 * others:
-        return []
-    return [(int(a) + 1, int(b) + 1) for a, b in zip(first[long], last[long], strict=True)]
+    return list(runs) if others >= 2 * STUCK_SAMPLES and elsewhere <= 0.05 * others else []
 
 
 def stuck(name: str, channels: Mapping[str, Array], t: Array) -> Mask:
@@ -158,8 +150,8 @@ def _moves_within(name: str, channels: Mapping[str, Array], run: slice) -> bool:
 
 
 def _range(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.ptp(known)) if len(known) else 0.0
+    count, least, greatest = extent(np.ascontiguousarray(values))
+    return float(greatest - least) if count else 0.0
 
 
 def dead(values: Array, channel: str, moves: bool) -> bool:
@@ -172,8 +164,10 @@ def dead(values: Array, channel: str, moves: bool) -> bool:
     moves : bool
         Whether another channel shows that the joint moves.
     """
-    known = values[np.isfinite(values)]
-    return channel not in _RESTS and moves and len(known) >= STUCK_SAMPLES and float(np.ptp(known)) == 0.0
+    if channel in _RESTS or not moves:
+        return False
+    count, least, greatest = extent(values)
+    return bool(count >= STUCK_SAMPLES and least == greatest)
 
 
 def saturated(values: Array) -> int:
@@ -183,16 +177,12 @@ def saturated(values: Array) -> int:
     ----------
     values : (n,) array
     """
-    known = values[np.isfinite(values)]
-    if len(known) < STUCK_SAMPLES or np.ptp(known) == 0.0:
+    count, least, greatest = extent(values)
+    if count < STUCK_SAMPLES or least == greatest:
         return 0
-    count = 0
-    for extreme in (known.max(), known.min()):
-        at = known == extreme
-        if at.sum() < 0.5 * len(known):  # a channel at rest on its extreme is resting
-            inside = at[:-2] & at[1:-1] & at[2:]
-            count += int(np.sum(np.convolve(inside, [1, 1, 1]) > 0))
-    return count
+    sides = at_limit(values, least, greatest)
+    # A channel at rest on its extreme is resting.
+    return int(sum(in_rows for on, in_rows in sides if on < 0.5 * count))
 
 
 def judge(t: Array, channels: Mapping[str, Array], axis: Axis) -> tuple[dict[str, Mask], dict[str, dict[str, float]]]:
@@ -215,26 +205,26 @@ def judge(t: Array, channels: Mapping[str, Array], axis: Axis) -> tuple[dict[str
     counts: dict[str, dict[str, float]] = {"time": time_summary(t)}
     clean: dict[str, Array] = {}
     for name, values in channels.items():
-        missing = np.isnan(values)
-        wild = absurd(values, name)
-        kept = np.where(missing | wild, np.nan, values)
+        kept = np.empty(len(values))
+        missing, beyond = screen(np.ascontiguousarray(values), _LIMITS.get(name, 1e30), kept)
         lone = spikes(kept)
+        kept[lone] = np.nan
         counts[name] = {
-            "missing": float(missing.sum()),
-            "absurd": float(wild.sum()),
+            "missing": float(missing),
+            "absurd": float(beyond),
             "spike": float(lone.sum()),
             "stuck": 0.0,
             "dead": 0.0,
             "saturated": float(saturated(kept)) if name in _DRIVES else 0.0,
         }
-        valid[name] = ~(missing | wild | lone)
-        clean[name] = np.where(valid[name], values, np.nan)
+        valid[name] = ~np.isnan(kept)
+        clean[name] = kept
     for name in channels:
         frozen = stuck(name, clean, t)
         if frozen.any():
             counts[name]["stuck"] = float(frozen.sum())
             valid[name] &= ~frozen
-        if dead(clean[name], name, _moves(clean, besides=name)):
+        if dead(clean[name], name, name not in _RESTS and _moves(clean, besides=name)):
             counts[name]["dead"] = float(valid[name].sum())
             valid[name] = np.zeros(len(t), dtype=np.bool_)
     return valid, counts
@@ -242,9 +232,5 @@ def judge(t: Array, channels: Mapping[str, Array], axis: Axis) -> tuple[dict[str
 
 def _moves(channels: Mapping[str, Array], besides: str) -> bool:
     """Whether any other channel of position or speed varies."""
-    for name in ("position", "joint_velocity", "motor_velocity", "setpoint"):
-        if name != besides and name in channels:
-            known = channels[name][np.isfinite(channels[name])]
-            if len(known) and float(np.ptp(known)) > 1e-3:
-                return True
-    return False
+    courses = ("position", "joint_velocity", "motor_velocity", "setpoint")
+    return any(_range(channels[name]) > 1e-3 for name in courses if name != besides and name in channels)

@@ -26,6 +26,7 @@ GROUND = (
     "directions",
     "nominal",
     "clock",
+    "passes",
     "quality",
     "assemble",
     "motion",
