@@ -34,6 +34,8 @@ def assemble(
     blocks: Blocks,
     after: int | None,
     faults: Mapping[str, float],
+    source: str,
+    sha256: str,
 ) -> JointRecord | None:
     """Make one joint's record.
 
@@ -46,6 +48,8 @@ def assemble(
         Stamp of the last sample handed on before [ns].
     faults : mapping of str to float
         Rows of its file that could not be read, by kind.
+    source, sha256 : str
+        The file, and its hash.
 
     Returns
     -------
@@ -77,7 +81,7 @@ def assemble(
     t: Array = (base.time_ns - t0) * np.float64(1e-9)
     valid, told = judge(t, channels, axis)
     told["time"] |= counts | dict(faults)
-    return JointRecord(robot, joint, t0, t, channels, axis, valid, quality=told)
+    return JointRecord(robot, joint, t0, t, channels, axis, valid, source, sha256, told)
 
 
 def _infinite(values: Array) -> bool:

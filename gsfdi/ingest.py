@@ -5,7 +5,6 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from collections.abc import Mapping as Map
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -224,10 +223,11 @@ class _Held:
 
         A joint that turns up a few times where others do hundreds of times is one flipped bit in a name: left out.
         """
+        source = (str(self.path), self.sha256)
         made = [
             record
             for (robot, joint), blocks in self.blocks.items()
-            if (record := assemble(robot, joint, blocks, self.ends.get((robot, joint)), self.faults))
+            if (record := assemble(robot, joint, blocks, self.ends.get((robot, joint)), self.faults, *source))
         ]
         longest = max((len(record.t) for record in made), default=0)
         kept = []
@@ -237,7 +237,7 @@ class _Held:
                 self.strays[record.joint] = None
                 continue
             self.ends[name] = record.t0_ns + round(float(record.t[-1]) * 1e9)
-            kept.append(replace(record, source=str(self.path), sha256=self.sha256))
+            kept.append(record)
         self._note(kept)
         self.blocks.clear()
         self.faults.clear()
