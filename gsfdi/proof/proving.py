@@ -4,6 +4,7 @@ A proof that was cut short goes on where it stopped, when it is asked again for 
 """
 
 import hashlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
@@ -19,9 +20,13 @@ from gsfdi.proof.cases import Case, Design, draw, truth_of, write_files
 from gsfdi.proof.checking import scored
 from gsfdi.proof.concealment import concealment, oracle
 from gsfdi.proof.plan import full, plan
+from gsfdi.proof.real import COVERS, home, trials
 from gsfdi.proof.rivals import rivals
 from gsfdi.proof.running import TOOL, Desk, examine
+from gsfdi.proof.scoring import named_in
 from gsfdi.proof.seal import Sealed, digest, put, spelled
+from gsfdi.proof.showcase import showcase
+from gsfdi.proof.showcase import showcase
 
 FRESH = 100_000  # seeds of cases begin here; those below served to build the tool
 
@@ -73,8 +78,29 @@ def prove(
     answer_all(named, inputs, out / "answers", jobs, progress, tool)
     write_text(out / "truth.json", sealed.text)
     result = scored(out)
+    result["showcase"] = showcase(result["scores"], truths, lambda name: files_of(draw(*named[name])))
+    if (recordings := home()) is not None:
+        result["real"] = semi_blind(recordings, out / "real", tool)
     write_text(out / "proof.json", spelled(result) + "\n")
+    if tuple(tool) == TOOL:
+        result["showcase"] = showcase(result["scores"], truths, lambda name: files_of(draw(*named[name])))
+        write_text(out / "proof.json", spelled(result) + "\n")
     return result
+
+
+def semi_blind(recordings: Path, answers: Path, tool: Sequence[str]) -> list[dict[str, Any]]:
+    """Let the tool find what is withheld from the model of a real recording."""
+    answers.mkdir(parents=True, exist_ok=True)
+    desk, rows = Desk(tool), []
+    try:
+        for withheld, files in trials(recordings):
+            examine(desk, withheld, files, (), answers)
+            named = named_in(json.loads((answers / f"{withheld}.json").read_text()))
+            right = bool(named) and named[0] in COVERS[withheld]
+            rows.append({"recording": "EMPS", "withheld": withheld, "named": named, "right": right})
+    finally:
+        desk.close()
+    return rows
 
 
 def neutral(designs: Sequence[Design], seed: int) -> dict[str, tuple[Design, int]]:

@@ -1,8 +1,8 @@
 """One case told in full: a joint whose position looks perfect and whose current gives it away, before and after.
 
 It is chosen once the seal is opened, among the causes that were named right, as the one that hides best: the greatest
-change of effort, in noise, for its change of the tracking error. The stored answers hold no curves, so the tool is asked
-the same question once more.
+change of effort, in noise, for its change of the tracking error. The stored answers hold no curves, so the tool is
+asked the same question once more.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -51,7 +51,7 @@ def showcase(
         "title": "The position looks perfect; the current gives it away",
         "says": (
             f"What acts in {name} changes the tracking error by {100 * abs(hidden['tracking']):.2g} % and the drive's "
-            f"effort by {hidden['effort']:.3g} times its noise. The tool said: {again.says}"
+            f"effort by {hidden['effort']:.3g} times its noise. The tool says: {again.says.replace('_', ' ')}"
         ),
         "truth": "; ".join(map(spelled, truths[name]["effects"])) + ".",
         "overlays": [thinned(overlay) for overlay in again.evidence["overlays"]],
