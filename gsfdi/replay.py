@@ -196,12 +196,13 @@ def transition(model, era, powers, h, flow, which):  # type: ignore[no-untyped-d
 @inlined
 def advance(flow, which, v, source, target, on_motor, on_output):  # type: ignore[no-untyped-def]
     """Set row `target` of the vectors to ``Φ x + Γ w`` of row `source`."""
+    a, b, c, d = v[source, 0], v[source, 1], v[source, 2], v[source, 3]
     for i in range(4):
         v[target, i] = (
-            flow[which, i, 0] * v[source, 0]
-            + flow[which, i, 1] * v[source, 1]
-            + flow[which, i, 2] * v[source, 2]
-            + flow[which, i, 3] * v[source, 3]
+            flow[which, i, 0] * a
+            + flow[which, i, 1] * b
+            + flow[which, i, 2] * c
+            + flow[which, i, 3] * d
             + flow[which, i, 4] * on_motor
             + flow[which, i, 5] * on_output
         )
