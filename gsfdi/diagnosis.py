@@ -24,6 +24,7 @@ Every finding has ``onset_s`` where it saw one. Levels: a fault whose test alarm
 critical, when the share of the joint's capability that it takes reaches the limits in `Limits`.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -31,6 +32,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gsfdi.baseline import JointBaseline, detectors, gather
+from gsfdi.clock import LEFT_OUT
 from gsfdi.detectors import Numbers
 from gsfdi.detectors.innovations import cleaned, first_bins
 from gsfdi.directions import Direction, grouped, library
@@ -138,7 +140,7 @@ def assess(
     """
     limits = limits or Limits()
     pieces = [record] if isinstance(record, JointRecord) else record
-    seen = _Look()
+    seen = _Look(baseline.nominal.channels if baseline is not None else ())
     kept = list(seen.through(pieces)) if baseline is None else None
     joint = seen.joint if kept is not None else ""
     if baseline is None:
@@ -172,9 +174,15 @@ def assess(
 class _Look:
     """What passes by: names, time and how much of it may be believed."""
 
-    def __init__(self) -> None:
+    def __init__(self, needs: Sequence[str] = ()) -> None:
         self.joint, self.t0_ns, self.end_ns = "", 0, 0
-        self.samples = self.believed = 0.0
+        self.samples, self.believed = Counter[str](), Counter[str]()
+        self.needs = needs
+
+    @property
+    def share(self) -> float:
+        """How much of the worst channel that a verdict needs may be believed, rows without a time counted in."""
+        return min((self.believed[name] / rows for name, rows in self.samples.items() if rows), default=1.0)
 
     def through(self, pieces: Iterable[JointRecord]) -> Iterable[JointRecord]:
         for piece in pieces:
@@ -182,10 +190,11 @@ class _Look:
             self.t0_ns = self.t0_ns or piece.t0_ns
             if len(piece.t):
                 self.end_ns = piece.t0_ns + round(float(piece.t[-1]) * 1e9)
-            for name in {"position", piece.effort} & set(piece.channels):
-                rows = np.isfinite(piece.channels[name]).sum() if name in piece.channels else 0
-                self.samples += float(rows)
-                self.believed += float(np.isfinite(piece[name]).sum())
+            clock = piece.quality.get("time", {})
+            lost = round(sum(clock.get(kind, 0.0) for kind in LEFT_OUT))
+            for name in {"position", piece.effort, *self.needs} & set(piece.channels):
+                self.samples[name] += int(np.isfinite(piece.channels[name]).sum()) + lost
+                self.believed[name] += int(np.isfinite(piece[name]).sum())
             yield piece
 
 
@@ -206,9 +215,9 @@ def _refusal(
         return unjudged("", "stale", f"the telemetry ends {days:.1f} days ago; nothing newer to judge by")
     if missing:
         return unjudged("", "not_assessed", f"the batch lacks {', '.join(missing)}, which the baseline was learnt with")
-    if seen.samples and seen.believed < 0.5 * seen.samples:
-        share = 100.0 * (1.0 - seen.believed / seen.samples)
-        return unjudged("", "invalid_data", f"{share:.0f} % of the samples cannot be believed; check the telemetry")
+    if seen.share < 0.5:
+        lost = 100.0 * (1.0 - seen.share)
+        return unjudged("", "invalid_data", f"{lost:.0f} % of the samples cannot be believed; check the telemetry")
     if seconds < 3.0:
         return unjudged("", "not_assessed", f"only {seconds:.1f} s of usable telemetry; at least 3 s are needed")
     h = numbers["innovations"]["h"].sum(axis=0)

@@ -115,6 +115,17 @@ def _waves(fault: str, component: Component, parameter: str, unit: str, enters: 
     ]  # fmt: skip
 
 
+@numba.njit(cache=True)
+def slipping(path: Array, width: float) -> Array:  # pragma: no cover
+    """Share of its level that an elastic element bears which slips once stretched by `width`."""
+    out = np.zeros(len(path))
+    stretched = 0.0
+    for k in range(1, len(path)):
+        stretched = min(max(stretched + path[k] - path[k - 1], -width), width)
+        out[k] = stretched / width
+    return out
+
+
 DIRECTIONS: tuple[Direction, ...] = (
     Direction("torque_constant_change", "torque_constant_change", "motor", "ratio", "", "exact", neutral=1.0),
     Direction("motor_inertia_change", "motor_inertia_change", "motor", "ratio", "", "exact", rigid=False, neutral=1.0),
@@ -192,17 +203,6 @@ DIRECTIONS: tuple[Direction, ...] = (
 def _usual(values: Array) -> float:
     """Usual size of `values`."""
     return float(max(np.sqrt(np.mean(values**2)), 1e-12))
-
-
-@numba.njit(cache=True)
-def slipping(path: Array, width: float) -> Array:  # pragma: no cover
-    """Share of its level that an elastic element bears which slips once stretched by `width`."""
-    out = np.zeros(len(path))
-    stretched = 0.0
-    for k in range(1, len(path)):
-        stretched = min(max(stretched + path[k] - path[k - 1], -width), width)
-        out[k] = stretched / width
-    return out
 
 
 def library(flexible: bool, speed_measured: bool, temperature: bool) -> tuple[Direction, ...]:

@@ -3,9 +3,8 @@
 `row` makes one batch's entry from its findings, ready for a store's ledger; `due` reads the entries of a joint. A row
 holds, under ``shares``, for every fault of the library the share of the joint's capability that it takes and the
 standard error of that; so one limit serves them all. Each history is fitted as ``c + b (t - t0)₊`` (ramp) and
-``c + b (t - t0)²₊`` (gradual) by maximum likelihood, with the batches' own errors, a scatter from night to night that
-is estimated with them, and the onset unknown; the interval of the due date comes from the whole likelihood, not from its
-peak.
+``c + b (t - t0)²₊`` (gradual) by maximum likelihood: the batches' own errors, a scatter from night to night estimated
+beside them, the onset unknown. The interval of the due date comes from the whole likelihood, not from its peak.
 """
 
 from collections.abc import Mapping, Sequence

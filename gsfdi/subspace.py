@@ -296,12 +296,20 @@ def markov(model: StateSpace, count: int) -> Array:
     return np.array(found)
 
 
-def excitation(G: Array, inputs: int, outputs: int) -> float:
-    """How much of the inputs' window is moved at all: smallest singular value over the largest.
+def excitation(G: Array, channels: int, windows: float) -> float:
+    """How briskly the first channel moves: root mean square of its second difference, from a lagged Gram.
 
-    Smooth commands move only a few of the directions that a subspace method must see, and then its angles are noise.
+    Smooth commands leave nothing for a subspace method to hold against the noise, and then its angles are noise.
+
+    Parameters
+    ----------
+    G : (lags c, lags c) array
+        From :func:`lagged_gram`, of at least three lags.
+    channels : int
+        Channels of the Gram.
+    windows : float
+        Number of windows that it sums over.
     """
-    c = inputs + outputs
-    columns = np.arange(len(G)).reshape(-1, c)[:, :inputs].ravel()
-    values = linalg.eigvalsh(G[np.ix_(columns, columns)])
-    return float(np.sqrt(max(values[0], 0.0) / max(values[-1], 1e-300)))
+    now, one, two = 0, channels, 2 * channels
+    power = G[now, now] + 4.0 * G[one, one] + G[two, two] - 4.0 * G[now, one] - 4.0 * G[one, two] + 2.0 * G[now, two]
+    return float(np.sqrt(max(power, 0.0) / max(windows, 1.0)))

@@ -22,6 +22,8 @@ BIN = 0.25
 """Width of a bin of time at first [s]; onsets are found to about this."""
 CLEAR = 0.9
 """Share of the excess that one fault explains when it needs no part of the batch to be looked at alone."""
+LOST = 0.7
+"""Share of the drive by which a batch as a whole departs when the loop was lost."""
 ENOUGH = 15.0
 """Deviations that the part before a runaway must show to be judged alone."""
 LEAST = 0.01
@@ -103,7 +105,7 @@ def _wander(g: Array, h: Array, x: Array, kind: Array) -> Array:
     z2 = np.where(h > 1e-3 * h.max(axis=0), g**2 / np.maximum(h, 1e-300), np.nan)
     seen = np.isfinite(z2).any(axis=0)
     mean = np.where(seen, np.nansum(z2, axis=0) / np.maximum(np.isfinite(z2).sum(axis=0), 1), 1.0)
-    for _, members in grouped(library(bool(kind[0]), bool(kind[1]), bool(kind[2]))):
+    for _, members in grouped(library(*(bool(one) for one in kind))):
         if len(members) == 2:
             j, k = members
             det = h[:, j] * h[:, k] - x[:, j] ** 2
@@ -160,7 +162,7 @@ def leans(numbers: Numbers, learnt: Numbers, directions: Sequence[Direction]) ->
     """Strongest lean towards each fault over every onset, as a step and as a ramp."""
     g, h = cleaned(numbers, learnt["lean"], learnt["drift"]), numbers["h"]
     t = np.asarray(float(numbers["width"][0]) * (np.arange(len(g)) + 0.5), dtype=np.float64)
-    torque = [one.fault for one in directions].index("torque_constant_change")
+    torque = _torque(directions)
     misfit = float(learnt["tolerance"][0]) ** 2 * h[:, torque]
     found = []
     for name, members in grouped(directions):
@@ -263,8 +265,8 @@ def _whole(numbers: Numbers, learnt: Numbers, found: Sequence[Lean]) -> tuple[Ar
     """
     g, h = cleaned(numbers, learnt["lean"], learnt["drift"]).sum(axis=0), numbers["h"].sum(axis=0)
     kind = numbers["kind"]
-    directions = library(bool(kind[0]), bool(kind[1]), bool(kind[2]))
-    torque = [one.fault for one in directions].index("torque_constant_change")
+    directions = library(*(bool(one) for one in kind))
+    torque = _torque(directions)
     misfit = float(learnt["tolerance"][0]) ** 2 * h[torque]
     rows = []
     for one in found:
@@ -290,8 +292,7 @@ def before_runaway(numbers: Numbers, learnt: Numbers) -> Numbers:
     A loop that has gone unstable says nothing more of what made it so; what came before does.
     """
     energy, h = numbers["energy"], numbers["h"]
-    kind = numbers["kind"]
-    torque = [one.fault for one in library(bool(kind[0]), bool(kind[1]), bool(kind[2]))].index("torque_constant_change")
+    torque = _torque(library(*(bool(one) for one in numbers["kind"])))
     span = max(1, round(2.0 / float(numbers["width"][0])))
     ones = np.ones(span)
     usual = float(learnt["energy"][0])
@@ -305,11 +306,18 @@ def before_runaway(numbers: Numbers, learnt: Numbers) -> Numbers:
     return first_bins(numbers, end)
 
 
+def _excess(numbers: Numbers, learnt: Numbers) -> float:
+    energy = numbers["energy"].sum(axis=0)
+    return float(energy[0] - energy[1] * learnt["energy"][0])
+
+
 def _told(found: Sequence[Lean], numbers: Numbers, learnt: Numbers) -> float:
     """Share of what goes beyond a fault-free batch that the best single fault accounts for."""
-    energy = numbers["energy"].sum(axis=0)
-    excess = float(energy[0] - energy[1] * learnt["energy"][0])
-    return max(one.gain for one in found) / max(excess, 1e-300)
+    return max(one.gain for one in found) / max(_excess(numbers, learnt), 1e-300)
+
+
+def _torque(directions: Sequence[Direction]) -> int:
+    return [one.fault for one in directions].index("torque_constant_change")
 
 
 def first_bins(numbers: Numbers, count: int) -> Numbers:
@@ -322,12 +330,14 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     if not len(numbers.get("g", ())) or float(numbers["h"].sum()) <= 0:
         return None
     kind = numbers["kind"]
-    directions = library(bool(kind[0]), bool(kind[1]), bool(kind[2]))
+    directions = library(*(bool(one) for one in kind))
     early, found = numbers, leans(numbers, learnt, directions)
     calm = before_runaway(numbers, learnt)
-    if len(calm["g"]) < len(numbers["g"]) and _told(found, numbers, learnt) < CLEAR:
+    lost = _excess(numbers, learnt) > LOST**2 * float(numbers["h"][:, _torque(directions)].sum())
+    if len(calm["g"]) < len(numbers["g"]) and (lost or _told(found, numbers, learnt) < CLEAR):
         before = leans(calm, learnt, directions)
-        if max(one.robust for one in before) > ENOUGH and _told(before, calm, learnt) > _told(found, numbers, learnt):
+        better = lost or _told(before, calm, learnt) > _told(found, numbers, learnt)
+        if better and max(one.robust for one in before) > ENOUGH:
             early, found = calm, before
     looks = len(found) * (4.0 + 6.0 * np.log(max(len(numbers["g"]), 2)))
     dof = float(max(learnt["blocks"][0] - 1.0, 3.0))

@@ -170,7 +170,10 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
         excess = (np.minimum(ratio, settings["lone"] * max(top, 1.0)) - 1.0) * bins[:, 1]
         sums = _cumulative(excess, slack * float(np.median(bins[:, 1])))
         scale = max(float(wander), 2.0) / (2.0 * slack)
-        limit = scale * np.log(2.0 * max(len(bins), 2) / rate) + settings["lone"] * max(top, 1.0) * bins[:, 1].max()
+        # A lone bad sample fills a window, and so two bins at most.
+        limit = (
+            scale * np.log(2.0 * max(len(bins), 2) / rate) + 2.0 * settings["lone"] * max(top, 1.0) * bins[:, 1].max()
+        )
         p = float(min(1.0, len(bins) * np.exp(-np.clip((sums.max() - limit) / scale, -50, 600)) * rate / len(bins)))
         watched[name] = (sums, limit, p)
     name = "short" if watched["short"][2] < watched["long"][2] else "long"

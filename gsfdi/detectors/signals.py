@@ -110,7 +110,7 @@ def _scaled(name: str, value: Array) -> Array:
 
 
 def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[str, Array]:
-    """Mean and spread of each feature over the fault-free batches, few of which lean on what another motion would do."""
+    """Mean and spread of each feature over the fault-free batches; few lean on what another motion would do."""
     learnt = {}
     for name in FEATURES:
         whole = np.array([one[name][0] for one in gathered])

@@ -19,6 +19,8 @@ from gsfdi.nominal import Nominal, Watched
 from gsfdi.subspace import StateSpace, angles, excitation, lagged_gram, markov, observability, pbsid
 from gsfdi.types import Array, Finding
 
+AGREED = 0.2
+"""Angle below which a fault-free block has identified its joint [rad]."""
 MOST = 48
 """Most blocks that are kept apart; beyond them neighbours are merged."""
 
@@ -79,7 +81,7 @@ def _identified(gram: Array, scale: Array, shape: Array) -> StateSpace:
     return pbsid(gram / np.outer(tiled, tiled), 1, outputs, max(order, int(0.6 * (lags - 1))), order)
 
 
-def _block(gram: Array, learnt: Numbers, shape: Array, rows: int, count: int) -> _Block | None:
+def _block(gram: Array, windows: float, learnt: Numbers, shape: Array, rows: int, count: int) -> _Block | None:
     scale, order = learnt["scale"], int(shape[0])
     try:
         model = _identified(gram, scale, shape)
@@ -92,7 +94,7 @@ def _block(gram: Array, learnt: Numbers, shape: Array, rows: int, count: int) ->
     usual = learnt["markov"]
     gain = float(lean @ usual / (usual @ usual))
     angle = float(angles(learnt["basis"].reshape(-1, order), basis)[0])
-    return _Block(angle, gain, excitation(gram, 1, int(shape[1])))
+    return _Block(angle, gain, excitation(gram, 1 + int(shape[1]), windows))
 
 
 def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[str, Array]:
@@ -113,16 +115,31 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
         "basis": observability(model.A, model.C, rows).ravel(),
         "markov": markov(model, count).ravel(),
     }
-    blocks = [_block(gram, learnt, shape, rows, count) for gram in grams]
+    seconds = np.concatenate([one["held"][:, 0] for one in gathered])
+    blocks = [_block(gram, length, learnt, shape, rows, count) for gram, length in zip(grams, seconds, strict=True)]
     seen = [one for one in blocks if one is not None and one.angle > 0]
+    least = _enough(np.array([one.excitation for one in seen]), np.array([one.angle for one in seen]))
+    seen = [one for one in seen if one.excitation >= least]
     if len(seen) < 3:
         return {}
     logs = np.log([one.angle for one in seen])
     gains = np.array([one.gain for one in seen])
     learnt["angle"] = np.array([logs.mean(), max(float(logs.std(ddof=1)), 0.1), len(seen)])
     learnt["gain"] = np.array([gains.mean(), max(float(gains.std(ddof=1)), settings["tolerance"]), len(seen)])
-    learnt["excitation"] = np.array([np.min([one.excitation for one in seen])])
+    learnt["excitation"] = np.array([least])
     return learnt
+
+
+def _enough(moved: Array, angle: Array) -> float:
+    """Excitation from which fault-free blocks agree with their pool; infinite where none do."""
+    order = np.argsort(-moved)
+    good = angle[order] < AGREED
+    share = np.cumsum(good) / (np.arange(len(good)) + 1.0)
+    fine = np.flatnonzero(good & (share >= 0.9))
+    if not len(fine):
+        return np.inf
+    rest = moved[order[fine[-1] + 1 :]]  # half-way to the block that did not agree
+    return float(moved[order[fine[-1]]] * (np.sqrt(rest[0] / moved[order[fine[-1]]]) if len(rest) else 0.5))
 
 
 def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, float]) -> Finding | None:
@@ -130,9 +147,11 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     if "grams" not in numbers or "angle" not in learnt:
         return None
     rows, count = int(settings["rows"]), int(settings["markov"])
-    found = [_block(gram, learnt, numbers["shape"], rows, count) for gram in numbers["grams"]]
-    least = 0.5 * float(learnt["excitation"][0])
-    kept = [(end, one) for (_, end), one in zip(numbers["held"], found, strict=True) if one and one.excitation >= least]
+    held = numbers["held"]
+    found = [_block(gram, seconds, learnt, numbers["shape"], rows, count)
+             for gram, (seconds, _) in zip(numbers["grams"], held, strict=True)]  # fmt: skip
+    least = float(learnt["excitation"][0])
+    kept = [(end, one) for (_, end), one in zip(held, found, strict=True) if one and one.excitation >= least]
     if not kept:
         return None
     ends = np.array([end for end, _ in kept])
@@ -170,14 +189,16 @@ def _test(values: Array, usual: Array, rate: float, *, both_sides: bool) -> _Out
     """Whether the mean of the blocks stands out; the baseline's own mean is as uncertain as its blocks are few."""
     mean, spread, count = (float(value) for value in usual)
     sides = 2.0 if both_sides else 1.0
-    root = np.sqrt(1.0 / len(values) + 1.0 / count)
-    off = (float(values.mean()) - mean) / (spread * root)
-    size = abs(off) if both_sides else off
-    p = float(min(1.0, sides * stats.t.sf(size, count - 1.0)))
     limit = float(stats.t.isf(rate / sides, count - 1.0))
-    # One block alone may be one disturbance: half of them must stand on the same side, clear of the usual.
-    lasting = bool(np.mean(np.sign(off) * (values - mean) > 0) >= 0.5)
-    return _Outcome(p, limit * root * np.sqrt(len(values)), p < rate and lasting)
+    root = np.sqrt(1.0 / max(len(values) - 1, 1) + 1.0 / count)
+    if len(values) < 2:
+        return _Outcome(1.0, limit * root * np.sqrt(len(values)), False)
+    off = values - mean
+    # One block alone may be one disturbance: what the others say without the strongest must stand out by itself.
+    rest = np.delete(off, int(np.argmax(np.abs(off) if both_sides else off)))
+    size = float(rest.mean()) / (spread * root)
+    p = float(min(1.0, sides * stats.t.sf(abs(size) if both_sides else size, count - 1.0)))
+    return _Outcome(p, limit * root * np.sqrt(len(values)), p < rate)
 
 
 DETECTOR = Detector(

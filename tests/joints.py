@@ -1,0 +1,29 @@
+"""Joints for the detectors' tests: the paper's joint as it is simulated, and what is learnt of it fault-free."""
+
+from functools import cache
+
+from gsfdi.baseline import JointBaseline, learn_joint
+from gsfdi.model import Controller, JointModel, Plant, Sensors
+from gsfdi.simulate import fault_of, simulate_record
+from gsfdi.types import JointRecord
+
+PLANT = Plant(400.0, 0.0011, 260.6, 130000.0, 0.4, 0.6)
+MODEL = JointModel(
+    "SH1",
+    "flexible",
+    PLANT,
+    controller=Controller(28.0, 4.0, 17.0, 100.0),
+    sensors=Sensors(1e-6, 4e-6, 0.0, 2e-3, 0.0, 2e-4),
+)
+
+
+@cache
+def record(*faults: str, seed: int = 0, duration: float = 40.0) -> JointRecord:
+    """Telemetry of the paper's joint with the faults given as on the command line."""
+    return simulate_record(MODEL, faults=tuple(fault_of(one) for one in faults), seed=seed, duration=duration)
+
+
+@cache
+def learnt() -> JointBaseline:
+    """A baseline from four fault-free batches."""
+    return learn_joint([record(seed=seed) for seed in range(4)], MODEL)

@@ -1,0 +1,34 @@
+"""Loop-by-loop transcriptions, slow and plain, that the fast code must match."""
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+def hankel(w: Array, lags: int) -> Array:
+    """Block Hankel matrix, one window per column."""
+    c, n = w.shape
+    H = np.zeros((lags * c, n - lags + 1))
+    for i in range(lags):
+        for k in range(n - lags + 1):
+            H[i * c : (i + 1) * c, k] = w[:, k + i]
+    return H
+
+
+def angles(a: Array, b: Array) -> Array:
+    """Principal angles as the paper has them: arc cosines of singular values."""
+    return np.arccos(np.clip(np.linalg.svd(a.T @ b, compute_uv=False), -1.0, 1.0))[::-1]
+
+
+def parity_residual(A: Array, B: Array, C: Array, V: Array, y: Array, u: Array, k: int, s: int) -> Array:
+    """Eq. 2-3 with its brackets mended, for the window of `s` samples that ends at `k`."""
+    Y, U = np.zeros(s * len(C)), np.zeros(s * B.shape[1])
+    T = np.zeros((len(Y), len(U)))
+    for i in range(s):
+        Y[i * len(C) : (i + 1) * len(C)] = y[k - s + 1 + i]
+        U[i * B.shape[1] : (i + 1) * B.shape[1]] = u[k - s + 1 + i]
+        for j in range(i):
+            power = np.linalg.matrix_power(A, i - j - 1)
+            T[i * len(C) : (i + 1) * len(C), j * B.shape[1] : (j + 1) * B.shape[1]] = C @ power @ B
+    return V @ (Y - T @ U)

@@ -1,0 +1,78 @@
+"""Contracts over the shelf of detectors."""
+
+import numpy as np
+import pytest
+from joints import learnt, record
+
+from gsfdi.baseline import detectors, gather
+from gsfdi.types import Finding, JointRecord
+
+NAMES = sorted(detectors())
+RATE = 1e-4
+SEEN_BY = {
+    "signals": ("constant_load=20",),
+    "parity": ("torque_constant_change=0.9",),
+    "innovations": ("torque_constant_change=0.98",),
+    "smi": ("torque_constant_change=0.3",),
+}
+"""A fault that each detector must see."""
+
+
+def looked(name: str, batch: JointRecord) -> Finding | None:
+    one, known = detectors()[name], learnt()
+    numbers, _ = gather([batch], known.nominal)
+    return one.look(numbers[name], known.learnt[name], RATE, one.settings)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_says_what_it_is(name: str) -> None:
+    one = detectors()[name]
+    assert one.method in ("signal", "parity", "smi")
+    assert one.source
+    assert 0 < one.false_alarm_rate <= 1
+    assert name in SEEN_BY, "every detector names a fault that it must see"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_healthy_batches_stay_quiet(name: str) -> None:
+    for seed in range(50, 58):
+        found = looked(name, record(seed=seed))
+        assert found is None or not found.alarm, f"seed {seed}: {found.sentence}"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_its_fault_is_seen(name: str) -> None:
+    found = looked(name, record(*SEEN_BY[name], seed=60))
+    assert found is not None
+    assert found.alarm
+    assert found.p_value < RATE
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_answers_alike_and_edits_nothing(name: str) -> None:
+    one, known = detectors()[name], learnt()
+    numbers, _ = gather([record(seed=61)], known.nominal)
+    before = {key: values.copy() for key, values in numbers[name].items()}
+    first, second = (one.look(numbers[name], known.learnt[name], RATE, one.settings) for _ in range(2))
+    assert first is not None
+    assert second is not None
+    assert (first.p_value, first.statistic, first.alarm) == (second.p_value, second.statistic, second.alarm)
+    assert all(np.array_equal(before[key], numbers[name][key], equal_nan=True) for key in before)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_pieces_give_what_the_whole_gives(name: str) -> None:
+    """A day is judged in pieces; the seams may cost a little, never a verdict."""
+    from gsfdi.baseline import part_of
+
+    whole = record("torque_constant_change=0.9", seed=62)
+    half = len(whole.t) // 2
+    one, known = detectors()[name], learnt()
+    answers = []
+    for pieces in ([whole], [part_of(whole, 0, half), part_of(whole, half, len(whole.t))]):
+        numbers, _ = gather(pieces, known.nominal)
+        found = one.look(numbers[name], known.learnt[name], RATE, one.settings)
+        assert found is not None
+        answers.append(found)
+    assert answers[0].alarm == answers[1].alarm
+    assert answers[1].statistic == pytest.approx(answers[0].statistic, rel=0.5)
