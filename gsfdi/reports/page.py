@@ -100,7 +100,7 @@ def percent(share: float | None) -> str:
     if 0 < share < 0.001:
         return "< 0.1 %"
     if share < 0.1:
-        return f"{100 * share:.2g} %"
+        return f"{100 * share:.2g} %".replace("-", "−")
     return f"{100 * share:.1f} %" if 0.9949 < share < 1 else f"{100 * share:.0f} %"
 
 

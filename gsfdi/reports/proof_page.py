@@ -13,6 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from gsfdi.reports.page import Figure, number, percent, plotted, render, words
+from gsfdi.reports.quantities import quantity
 from gsfdi.reports.reconcile_page import overlays
 from gsfdi.svg import Bar, Plot, Points, draw_bars, draw_matrix
 
@@ -130,7 +131,7 @@ def confused(proof: Fields) -> Iterator[Figure]:
         f"What acted (rows) against the first name given, or in brackets the verdict where none was (columns): "
         f"{counts[right].sum():.0f} of {counts.sum():.0f} right, in blue. Effects too faint to be seen are left out."
     )
-    rows, names = list(map(words, table)), list(map(words, columns))
+    rows, names = list(map(words, table)), [words(name).replace("(None)", "(no answer)") for name in columns]
     yield Figure(caption, Markup(draw_matrix("Confusion matrix", caption, rows, names, counts, right)))
 
 
@@ -242,7 +243,10 @@ def write(proof: Fields) -> str:
             "hiding": [*hiding(proof["scores"])],
             "confusion": [*confused(proof)],
             "rivals": [*rivals(proof)],
-            "fits": [{"channel": words(name), **row} for name, row in (figures.get("fit") or {}).items()],
+            "fits": [
+                {"channel": "{} [{}]".format(*quantity(name)), **row}
+                for name, row in (figures.get("fit") or {}).items()
+            ],
             "kinds": sizes(proof["kinds"]),
             "real": list(proof.get("real") or ()),
             "cases": [told(name, score) for name, score in sorted(proof["scores"].items())],

@@ -78,7 +78,7 @@ def draw_matrix(
     width = left + cell * len(columns) + 0.65 * LETTER * max(map(len, columns), default=0)
     height = top + cell * len(rows) + 4
     grid = "".join(f"M{left:.0f} {top + i * cell - 0.5:.1f}h{cell * len(columns)}" for i in range(len(rows) + 1))
-    return svg(title, description, f'<path class="grid" d="{grid}"/>' + "".join(body), width, height)
+    return svg(title, description, f'<path class="grid" d="{grid}"/>' + "".join(body), width, height, 1.2 * width)
 
 
 def draw_map(

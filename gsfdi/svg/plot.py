@@ -30,6 +30,7 @@ from gsfdi.types import Array
 Tone = Literal["measured", "command", "before", "after", "alarm", "quiet"]
 
 WIDTH, LEFT, RIGHT, TOP, BOTTOM = 560, 62, 10, 22, 36
+WIDEST = 720
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,11 +201,12 @@ def with_unit(label: str, unit: str) -> str:
     return f"{label} [{unit.replace('degC', '°C')}]" if unit and unit != "1" else label
 
 
-def svg(title: str, description: str, body: str, width: float, height: float) -> str:
-    """Wrap a drawing so that a screen reader says what it shows."""
+def svg(title: str, description: str, body: str, width: float, height: float, widest: float = WIDEST) -> str:
+    """Wrap a drawing so that a screen reader says what it shows; it grows with the page up to `widest` pixels."""
     key = "p" + blake2s(f"{title}{body}".encode("utf-8", "backslashreplace"), digest_size=6).hexdigest()
     return (
-        f'<svg class="plot" role="img" viewBox="0 0 {width:g} {height:g}" aria-labelledby="{key}t {key}d">'
+        f'<svg class="plot" role="img" viewBox="0 0 {width:g} {height:g}" style="max-width:{widest:.0f}px" '
+        f'aria-labelledby="{key}t {key}d">'
         f'<title id="{key}t">{escape(title)}</title><desc id="{key}d">{escape(description)}</desc>{body}</svg>'
     )
 

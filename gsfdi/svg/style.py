@@ -11,7 +11,7 @@ PLOT_STYLE = """
 --after:#0064a8;--alarm:#c02a2a;--quiet:#6d7b88}
 @media screen and (prefers-color-scheme:dark){:root{--ink:#e4eaf0;--paper:#12181f;--grid:#2c3742;--faint:#9aa8b5;
 --measured:#dbe4ec;--command:#8aa9c6;--before:#f0913d;--after:#5bb5f0;--alarm:#ff7b72;--quiet:#8795a3}}
-.plot{display:block;width:100%;height:auto;max-width:720px;font:12px system-ui,sans-serif}
+.plot{display:block;width:100%;height:auto;font:12px system-ui,sans-serif}
 .plot text{fill:var(--faint)}
 .plot .m{text-anchor:middle}.plot .e{text-anchor:end}
 .plot .note{fill:var(--alarm);font-weight:600;paint-order:stroke;stroke:var(--paper);stroke-width:3px}
