@@ -26,7 +26,6 @@ from gsfdi.proof.running import TOOL, Desk, examine
 from gsfdi.proof.scoring import named_in
 from gsfdi.proof.seal import Sealed, digest, put, spelled
 from gsfdi.proof.showcase import showcase
-from gsfdi.proof.showcase import showcase
 
 FRESH = 100_000  # seeds of cases begin here; those below served to build the tool
 
@@ -78,13 +77,11 @@ def prove(
     answer_all(named, inputs, out / "answers", jobs, progress, tool)
     write_text(out / "truth.json", sealed.text)
     result = scored(out)
-    result["showcase"] = showcase(result["scores"], truths, lambda name: files_of(draw(*named[name])))
-    if (recordings := home()) is not None:
-        result["real"] = semi_blind(recordings, out / "real", tool)
-    write_text(out / "proof.json", spelled(result) + "\n")
     if tuple(tool) == TOOL:
         result["showcase"] = showcase(result["scores"], truths, lambda name: files_of(draw(*named[name])))
-        write_text(out / "proof.json", spelled(result) + "\n")
+        if (recordings := home()) is not None:
+            result["real"] = semi_blind(recordings, out / "real", tool)
+    write_text(out / "proof.json", spelled(result) + "\n")
     return result
 
 

@@ -43,22 +43,22 @@ def home() -> Path | None:
 def trials(folder: Path) -> Iterator[tuple[str, Mapping[str, bytes]]]:
     """Give every withheld term with the files that the tool is given: recording and the model that lacks it."""
     recording = (folder / "emps.parquet").read_bytes()
-    fitted = friction(folder / "emps.parquet")
+    mass, fitted = friction(folder / "emps.parquet")
     for withheld in COVERS:
-        physics = [entry for entry in fitted["physics"] if entry["term"] != withheld]
+        physics = [entry for entry in fitted if entry["term"] != withheld]
         document = {
             "schema": "gsfdi/model/1",
             "name": "emps",
             "structure": "rigid",
             "axis": "linear",
-            "plant": {"moving_mass_kg": fitted["mass"]},
+            "plant": {"moving_mass_kg": mass},
             "controller": CONTROLLER,
             "physics": physics,
         }
         yield withheld, {"recording.parquet": recording, "nominal.toml": tomli_w.dumps(document).encode()}
 
 
-def friction(path: Path) -> dict[str, object]:
+def friction(path: Path) -> tuple[float, list[dict[str, object]]]:
     """Mass, dry and viscous friction with their asymmetry, by least squares on the filtered force balance."""
     table = pq.read_table(path)
     position, force = (np.asarray(table.column(name), dtype=float) for name in ("position_m", "drive_force_n"))
@@ -80,7 +80,7 @@ def friction(path: Path) -> dict[str, object]:
             "difference_ns_m": float(wet_difference),
         },
     ]
-    return {"mass": float(mass), "physics": physics}
+    return float(mass), physics
 
 
 def _smooth(low: Array, values: Array) -> Array:

@@ -122,6 +122,11 @@ def _joint_of(reply: Mapping[str, Any]) -> Mapping[str, Any] | None:
     return joints[0] if joints else None
 
 
+def named_in(reply: Mapping[str, Any]) -> list[str]:
+    """Terms that a stored reply names, in its order."""
+    return [str(entry["term"]) for entry in (_joint_of(reply) or {}).get("omitted_physics", [])]
+
+
 def _sham(effect: Mapping[str, Any]) -> bool:
     """Whether the effect is a controller's: named by its component, as the contract has no term for it."""
     return str(effect["term"]).startswith("controller_")

@@ -27,6 +27,7 @@ from typing import Any
 _trespasses: list[str] = []
 _case: list[str] = [""]
 PROOF = os.path.realpath(Path(__file__).parent)
+HOME = os.path.realpath(Path(__file__).parents[2])
 NETWORK = ("socket.connect", "socket.sendto", "urllib.Request")
 PROCESS = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn")
 
@@ -57,6 +58,8 @@ def _may(path: str, homes: tuple[str, ...]) -> bool:
     real = os.path.realpath(path)
     if _below(real, PROOF):
         return False
+    if real == HOME or (real.startswith(HOME) and ".egg-info" in real):  # where Python looks for installed packages
+        return True
     return any(_below(real, home) for home in (*homes, _case[0], f"/proc/{os.getpid()}"))
 
 
