@@ -14,7 +14,7 @@ where τ_s is the spring's torque, c ε unless a term changes it; a rigid joint 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 from gsfdi.types import Array, Component
 
@@ -57,7 +57,19 @@ Place = Literal[
     "current_sensor",  # map: drive effort -> measured
     "latency",  # law: age of position and velocity when they are stamped [s]
 ]
-Law = Callable[[Array, Array, Array], float]
+
+
+class Vector(Protocol):
+    """Numbers by place: an array in Python, a pointer in the compiled replay."""
+
+    def __getitem__(self, place: int, /) -> float:
+        """Read the number at `place`."""
+
+    def __setitem__(self, place: int, value: float, /) -> None:
+        """Write the number at `place`."""
+
+
+Law = Callable[[Vector, Vector, Vector], float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +122,7 @@ class PhysicsTerm:
     params : tuple of Param
         The first is the one that ``--fault ID=VALUE`` sets.
     source : str
-        Where the law comes from, with the number of the equation.
+        Where the law comes from: the equation itself, and its number where it is the paper's.
     signature : tuple of str
         Where it shows: ``balance`` (torque balance of motor plus link), ``windup``, ``output``, ``redundancy``
         (between sensors), ``proportional`` (scales with the predicted torque), ``timing``.

@@ -1,10 +1,9 @@
 """Actuation delay: the torque comes later than the logged current."""
 
-from gsfdi.motion import Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import Param, PhysicsTerm, Vector
 
 
-def delay(m: Array, p: Array, s: Array) -> float:
+def delay(m: Vector, p: Vector, s: Vector) -> float:
     """Give the delay itself."""
     return p[0]
 
@@ -28,6 +27,6 @@ TERM = PhysicsTerm(
             neutral=0.0,
         ),
     ),
-    source="K. J. Åström and B. Wittenmark, Computer-Controlled Systems (1997), sec. 2.3",
+    source="K. J. Åström and B. Wittenmark, Computer-Controlled Systems (1997): u(t) = u_k(t - d)",
     signature=("balance", "timing"),
 )

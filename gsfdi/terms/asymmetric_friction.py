@@ -1,10 +1,9 @@
 """Asymmetric friction: one direction of motion costs more than the other."""
 
-from gsfdi.motion import DIRECTION, SPEED, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import DIRECTION, SPEED, Param, PhysicsTerm, Vector
 
 
-def level(m: Array, p: Array, s: Array) -> float:
+def level(m: Vector, p: Vector, s: Vector) -> float:
     """Give half the difference, added in positive and taken away in negative motion."""
     return 0.5 * m[DIRECTION] * (p[0] + p[1] * abs(m[SPEED]))
 
@@ -40,7 +39,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="A. Janot, M. Gautier and M. Brunot, Data set and reference models of EMPS (2019), eq. 12",
+    source="A. Janot, M. Gautier and M. Brunot, Data Set and Reference Models of EMPS (2019): Fc± and Fv±",
     signature=("balance",),
     sides=("motor", "output"),
 )

@@ -1,10 +1,9 @@
 """Backlash: within the play of the teeth no torque passes."""
 
-from gsfdi.motion import VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import VALUE, Param, PhysicsTerm, Vector
 
 
-def deflection(m: Array, p: Array, s: Array) -> float:
+def deflection(m: Vector, p: Vector, s: Vector) -> float:
     """Give the difference of angles less the play: zero within it."""
     return m[VALUE] - min(max(m[VALUE], -p[0]), p[0])
 
@@ -28,7 +27,7 @@ TERM = PhysicsTerm(
             neutral=0.0,
         ),
     ),
-    source="M. Nordin and P.-O. Gutman, Automatica 38 (2002), eq. 5",
+    source="M. Nordin and P.-O. Gutman, Automatica 38 (2002) 1633: dead zone T = c D(ε)",
     signature=("windup",),
     structures=("flexible",),
 )

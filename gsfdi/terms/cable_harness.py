@@ -1,10 +1,9 @@
 """Cable harness: a soft spring across the joint."""
 
-from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give k (θ - rest)."""
     return p[0] * (m[JOINT_ANGLE] - p[1])
 
@@ -32,7 +31,7 @@ TERM = PhysicsTerm(
             "rest_rad", "rad", "joint angle at which the harness is slack", start=0.0, low=-1e3, high=1e3, typical=0.5
         ),
     ),
-    source="Hooke's law across the joint",
+    source="Hooke's law across the joint: τ = k (θ - θ0)",
     signature=("balance", "output"),
     sides=("output",),
     stiffness=lambda p: p[0],

@@ -2,11 +2,10 @@
 
 import math
 
-from gsfdi.motion import MOTOR_TURN, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import MOTOR_TURN, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give a sin(n φ + phase), with φ the motor angle."""
     return p[0] * math.sin(p[1] * m[MOTOR_TURN] + p[2])
 
@@ -33,7 +32,7 @@ TERM = PhysicsTerm(
         Param("order", "1/rev", "periods per motor revolution", start=12.0, low=0.05, high=500.0, typical=12.0),
         Param("phase_rad", "rad", "phase at motor angle zero", start=0.0, low=-math.pi, high=math.pi, typical=1.0),
     ),
-    source="Z. Q. Zhu and D. Howe, IEEE Trans. Energy Convers. 15 (2000), eq. 1",
+    source="Z. Q. Zhu and D. Howe, IEEE Trans. Energy Convers. 15 (2000) 407: one order of the Fourier series",
     signature=("balance",),
     wave="order",
 )

@@ -1,10 +1,9 @@
 """Constant load: a torque that is always there."""
 
-from gsfdi.motion import Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give the torque, which resists positive motion."""
     return p[0]
 
@@ -29,7 +28,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="static load, B. Siciliano et al., Robotics (2009), eq. 7.42",
+    source="B. Siciliano et al., Robotics (2009): gravity on a joint, over a small range of angles",
     signature=("balance", "output"),
     sides=("output",),
 )

@@ -1,10 +1,9 @@
 """Coulomb friction: a constant torque against the motion, which holds the joint still below it."""
 
-from gsfdi.motion import Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import Param, PhysicsTerm, Vector
 
 
-def level(m: Array, p: Array, s: Array) -> float:
+def level(m: Vector, p: Vector, s: Vector) -> float:
     """Give the level."""
     return p[0]
 
@@ -21,7 +20,7 @@ TERM = PhysicsTerm(
             "torque_nm", "N m", "friction torque", start=2.0, low=0.0, high=1e5, typical=2.0, neutral=0.0, linear=True
         ),
     ),
-    source="H. Olsson et al., Friction models and friction compensation, Eur. J. Control 4 (1998), eq. 1",
+    source="H. Olsson et al., Eur. J. Control 4 (1998) 176: F = Fc sgn(v), any value up to Fc at rest",
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,

@@ -1,10 +1,9 @@
 """Current bias: the current sensor reads a constant too much."""
 
-from gsfdi.motion import VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import VALUE, Param, PhysicsTerm, Vector
 
 
-def measured(m: Array, p: Array, s: Array) -> float:
+def measured(m: Vector, p: Vector, s: Vector) -> float:
     """Give i + bias."""
     return m[VALUE] + p[0]
 
@@ -19,6 +18,6 @@ TERM = PhysicsTerm(
     params=(
         Param("bias_a", "A", "what is added", start=0.05, low=-1e4, high=1e4, typical=0.05, neutral=0.0, linear=True),
     ),
-    source="additive sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.8",
+    source="R. Isermann, Fault-Diagnosis Systems (2006): additive sensor fault y = x + f",
     signature=("redundancy",),
 )

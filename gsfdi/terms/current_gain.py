@@ -1,10 +1,9 @@
 """Current gain: the current sensor reads in proportion too much."""
 
-from gsfdi.motion import VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import VALUE, Param, PhysicsTerm, Vector
 
 
-def measured(m: Array, p: Array, s: Array) -> float:
+def measured(m: Vector, p: Vector, s: Vector) -> float:
     """Give ratio i."""
     return p[0] * m[VALUE]
 
@@ -29,6 +28,6 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="multiplicative sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.9",
+    source="R. Isermann, Fault-Diagnosis Systems (2006): multiplicative sensor fault y = (1 + f) x",
     signature=("redundancy", "proportional"),
 )

@@ -2,11 +2,10 @@
 
 import math
 
-from gsfdi.motion import JOINT_ANGLE, VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import JOINT_ANGLE, VALUE, Param, PhysicsTerm, Vector
 
 
-def measured(m: Array, p: Array, s: Array) -> float:
+def measured(m: Vector, p: Vector, s: Vector) -> float:
     """Give y + a sin(n θ + phase)."""
     return m[VALUE] + p[0] * math.sin(p[1] * m[JOINT_ANGLE] + p[2])
 
@@ -25,6 +24,6 @@ TERM = PhysicsTerm(
         Param("order", "1/rev", "periods per revolution of the joint", start=1.0, low=0.05, high=5000.0, typical=1.0),
         Param("phase_rad", "rad", "phase at joint angle zero", start=0.0, low=-math.pi, high=math.pi, typical=1.0),
     ),
-    source="the paper's sensor eccentricity; J. R. R. Mayer, IEEE Trans. Ind. Electron. 41 (1994), eq. 5",
+    source="plane geometry: a disc of radius r, e off its axis, reads (e/r) sin(θ + φ) too much",
     signature=("redundancy",),
 )

@@ -1,10 +1,9 @@
 """End stop: a stiff spring beyond a joint angle."""
 
-from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give k (θ - angle) beyond the angle: above it if the angle is positive, else below."""
     past = m[JOINT_ANGLE] - p[0]
     beyond = past > 0.0 if p[0] >= 0.0 else past < 0.0
@@ -32,7 +31,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="K. L. Johnson, Contact Mechanics (1985), sec. 4.2, linearised",
+    source="Hooke's law, one-sided: τ = k max(0, θ - θ0)",
     signature=("balance", "output"),
     sides=("output",),
     stiffness=lambda p: p[1],

@@ -1,10 +1,9 @@
 """Gearbox damping: the spring loses energy as it winds."""
 
-from gsfdi.motion import WINDUP_RATE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import WINDUP_RATE, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give d times the rate of the wind-up."""
     return p[0] * m[WINDUP_RATE]
 
@@ -29,7 +28,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="M. W. Spong, J. Dyn. Syst. Meas. Control 109 (1987), eq. 6, with a damper beside the spring",
+    source="M. W. Spong, J. Dyn. Syst. Meas. Control 109 (1987) 310: elastic joint, with a damper beside the spring",
     signature=("windup",),
     structures=("flexible",),
     dissipative=True,

@@ -2,12 +2,11 @@
 
 import math
 
-from gsfdi.motion import WINDUP, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import WINDUP, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
-    """Give t z with dz/dε = (1 - z sgn dε) / width, solved exactly over each move."""
+def torque(m: Vector, p: Vector, s: Vector) -> float:
+    """Give T z with dz/dε = (1 - z sgn dε) / width, solved exactly over each move."""
     if math.isnan(s[0]):
         s[0], s[1] = 0.0, m[WINDUP]
     move = (m[WINDUP] - s[1]) / p[1]
@@ -36,7 +35,7 @@ TERM = PhysicsTerm(
             typical=1e-4,
         ),
     ),
-    source="R. Dhaouadi, F. H. Ghorbel and P. S. Gandhi, IEEE Trans. Ind. Electron. 50 (2003), eq. 3",
+    source="R. Dhaouadi, F. H. Ghorbel and P. S. Gandhi, IEEE Trans. Ind. Electron. 50 (2003); the loop is Dahl's",
     signature=("windup",),
     structures=("flexible",),
     dissipative=True,

@@ -2,12 +2,11 @@
 
 import math
 
-from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
-    """Give g sin(θ - angle) resists."""
+def torque(m: Vector, p: Vector, s: Vector) -> float:
+    """Give G sin(θ - angle)."""
     return p[0] * math.sin(m[JOINT_ANGLE] - p[1])
 
 
@@ -40,7 +39,7 @@ TERM = PhysicsTerm(
             typical=1.0,
         ),
     ),
-    source="B. Siciliano et al., Robotics (2009), eq. 7.42 for one joint",
+    source="B. Siciliano et al., Robotics (2009): gravity on one joint, m g l sin(θ - θ0)",
     signature=("balance", "output"),
     sides=("output",),
     stiffness=lambda p: p[0],

@@ -1,10 +1,9 @@
 """Load-dependent friction: meshing teeth rub the harder the more torque they pass on."""
 
-from gsfdi.motion import LOAD, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import LOAD, Param, PhysicsTerm, Vector
 
 
-def level(m: Array, p: Array, s: Array) -> float:
+def level(m: Vector, p: Vector, s: Vector) -> float:
     """Give ratio |load|."""
     return p[0] * abs(m[LOAD])
 
@@ -29,7 +28,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="P. Hamon, M. Gautier and P. Garrec, IEEE/RSJ IROS (2010), eq. 8",
+    source="P. Hamon, M. Gautier and P. Garrec, IEEE/RSJ IROS (2010): dry friction in proportion to the load",
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,

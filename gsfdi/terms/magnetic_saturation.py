@@ -2,11 +2,10 @@
 
 import math
 
-from gsfdi.motion import CURRENT, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import CURRENT, Param, PhysicsTerm, Vector
 
 
-def factor(m: Array, p: Array, s: Array) -> float:
+def factor(m: Vector, p: Vector, s: Vector) -> float:
     """Give tanh(x) / x with x the current over the saturation current."""
     x = abs(m[CURRENT]) / p[0]
     return 1.0 - x * x / 3.0 if x < 1e-4 else math.tanh(x) / x
@@ -22,6 +21,6 @@ TERM = PhysicsTerm(
     params=(
         Param("current_a", "A", "current at which the torque levels off", start=20.0, low=1e-6, high=1e6, typical=20.0),
     ),
-    source="P. C. Krause et al., Analysis of Electric Machinery (2013); the curve is ours",
+    source="P. C. Krause et al., Analysis of Electric Machinery (2013); the curve i_s tanh(i / i_s) is ours",
     signature=("balance", "proportional"),
 )

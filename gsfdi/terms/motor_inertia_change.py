@@ -1,10 +1,9 @@
 """Motor inertia off its nominal value."""
 
-from gsfdi.motion import Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import Param, PhysicsTerm, Vector
 
 
-def factor(m: Array, p: Array, s: Array) -> float:
+def factor(m: Vector, p: Vector, s: Vector) -> float:
     """Give the inertia Im over its nominal value."""
     return p[0]
 
@@ -29,7 +28,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="the paper's component fault, A(1 + ΔA) of its eq. 5-1",
+    source="the paper's eq. 5-1: Im in A(2,3), A(4,3) and B",
     signature=("balance",),
     structures=("flexible",),
 )

@@ -1,10 +1,9 @@
 """Output inertia off its nominal value: a payload, a changed pose of the arm."""
 
-from gsfdi.motion import Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import Param, PhysicsTerm, Vector
 
 
-def factor(m: Array, p: Array, s: Array) -> float:
+def factor(m: Vector, p: Vector, s: Vector) -> float:
     """Give the inertia Ison over its nominal value."""
     return p[0]
 
@@ -29,6 +28,6 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="the paper's component fault, A(1 + ΔA) of its eq. 5-1",
+    source="the paper's eq. 5-1: Ison in A(4,3)",
     signature=("balance", "output"),
 )

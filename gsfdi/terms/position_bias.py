@@ -1,10 +1,9 @@
 """Position bias: the joint's sensor reads a constant too much."""
 
-from gsfdi.motion import VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import VALUE, Param, PhysicsTerm, Vector
 
 
-def measured(m: Array, p: Array, s: Array) -> float:
+def measured(m: Vector, p: Vector, s: Vector) -> float:
     """Give y + bias."""
     return m[VALUE] + p[0]
 
@@ -21,6 +20,6 @@ TERM = PhysicsTerm(
             "bias_rad", "rad", "what is added", start=1e-3, low=-10.0, high=10.0, typical=1e-3, neutral=0.0, linear=True
         ),
     ),
-    source="additive sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.8; the paper's sensor bias",
+    source="R. Isermann, Fault-Diagnosis Systems (2006): y = x + f, on the first row of the paper's eq. 5-2",
     signature=("redundancy",),
 )

@@ -2,12 +2,11 @@
 
 import math
 
-from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm, Vector
 
 
-def level(m: Array, p: Array, s: Array) -> float:
-    """Give f exp(-((θ - centre) / width)² / 2)."""
+def level(m: Vector, p: Vector, s: Vector) -> float:
+    """Give F exp(-((θ - centre) / width)² / 2)."""
     x = (m[JOINT_ANGLE] - p[1]) / p[2]
     return p[0] * math.exp(-0.5 * min(x * x, 1400.0))
 
@@ -34,7 +33,7 @@ TERM = PhysicsTerm(
         Param("centre_rad", "rad", "joint angle of the spot", start=0.0, low=-1e3, high=1e3, typical=0.5),
         Param("width_rad", "rad", "standard deviation of the spot", start=0.1, low=1e-5, high=1e3, typical=0.1),
     ),
-    source="B. Armstrong, Control of Machines with Friction (1991), sec. 3.3; the Gaussian shape is ours",
+    source="B. Armstrong, Control of Machines with Friction (1991), who measured it; the Gaussian shape is ours",
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,

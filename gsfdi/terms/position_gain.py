@@ -1,10 +1,9 @@
 """Position gain: the joint's sensor reads in proportion too much."""
 
-from gsfdi.motion import VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import VALUE, Param, PhysicsTerm, Vector
 
 
-def measured(m: Array, p: Array, s: Array) -> float:
+def measured(m: Vector, p: Vector, s: Vector) -> float:
     """Give ratio y."""
     return p[0] * m[VALUE]
 
@@ -29,6 +28,6 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="multiplicative sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.9; the paper's sensor gain",
+    source="R. Isermann, Fault-Diagnosis Systems (2006): y = (1 + f) x, on the first row of the paper's eq. 5-2",
     signature=("redundancy", "output"),
 )

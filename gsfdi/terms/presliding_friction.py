@@ -2,12 +2,11 @@
 
 import math
 
-from gsfdi.motion import ANGLE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import ANGLE, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
-    """Give f z with dz/dx = (σ/F) (1 - z sgn dx), solved exactly over each move."""
+def torque(m: Vector, p: Vector, s: Vector) -> float:
+    """Give F z with dz/dx = (σ/F) (1 - z sgn dx), solved exactly over each move."""
     if math.isnan(s[0]):
         s[0], s[1] = 0.0, m[ANGLE]
     move = (m[ANGLE] - s[1]) * p[1] / max(p[0], 1e-12)
@@ -36,7 +35,7 @@ TERM = PhysicsTerm(
             typical=1e4,
         ),
     ),
-    source="P. R. Dahl, A solid friction model, Aerospace Corp. TOR-0158 (1968), eq. 2 with exponent 1",
+    source="P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968): dF/dx = σ (1 - F/Fc sgn v)^i with i = 1",
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,

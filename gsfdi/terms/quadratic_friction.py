@@ -1,10 +1,9 @@
 """Quadratic friction: churning and windage grow with the square of speed."""
 
-from gsfdi.motion import SPEED, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import SPEED, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give c v |v|."""
     return p[0] * m[SPEED] * abs(m[SPEED])
 
@@ -29,7 +28,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="F. M. White, Fluid Mechanics (2011), eq. 7.62: drag",
+    source="F. M. White, Fluid Mechanics (2011): drag F = ½ ρ C A v |v|",
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,

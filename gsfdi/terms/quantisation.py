@@ -1,10 +1,9 @@
 """Quantisation: the position sensor reads in steps."""
 
-from gsfdi.motion import VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import VALUE, Param, PhysicsTerm, Vector
 
 
-def measured(m: Array, p: Array, s: Array) -> float:
+def measured(m: Vector, p: Vector, s: Vector) -> float:
     """Give y rounded to the nearest step."""
     return round(m[VALUE] / p[0]) * p[0] if p[0] > 0.0 else m[VALUE]
 
@@ -17,6 +16,6 @@ TERM = PhysicsTerm(
     place="position_sensor",
     law=measured,
     params=(Param("step_rad", "rad", "size of a step", start=1e-4, low=0.0, high=1.0, typical=1e-4, neutral=0.0),),
-    source="B. Widrow and I. Kollár, Quantization Noise (2008), eq. 1.1",
+    source="B. Widrow and I. Kollár, Quantization Noise (2008): y = q round(x / q)",
     signature=("redundancy",),
 )

@@ -1,10 +1,9 @@
 """Stiffening spring: teeth and flexspline stiffen as they wind up."""
 
-from gsfdi.motion import STIFFNESS, WINDUP, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import STIFFNESS, WINDUP, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give c k ε³."""
     return m[STIFFNESS] * p[0] * m[WINDUP] ** 3
 
@@ -29,7 +28,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="T. D. Tuttle and W. P. Seering, IEEE Trans. Robot. Autom. 12 (1996), eq. 4",
+    source="T. D. Tuttle and W. P. Seering, IEEE Trans. Robot. Autom. 12 (1996) 368: cubic spring k1 ε + k2 ε³",
     signature=("windup",),
     structures=("flexible",),
 )

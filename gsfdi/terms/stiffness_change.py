@@ -1,11 +1,10 @@
 """Gearbox stiffness off its nominal value: cracked teeth, a loose flange."""
 
-from gsfdi.motion import Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import Param, PhysicsTerm, Vector
 
 
-def factor(m: Array, p: Array, s: Array) -> float:
-    """Give c / nominal c."""
+def factor(m: Vector, p: Vector, s: Vector) -> float:
+    """Give the stiffness c over its nominal value."""
     return p[0]
 
 
@@ -29,7 +28,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="the paper's component fault, A(1 + ΔA) of its eq. 5-1",
+    source="the paper's eq. 5-1: c in A(2,3) and A(4,3)",
     signature=("windup",),
     structures=("flexible",),
 )

@@ -2,11 +2,10 @@
 
 import math
 
-from gsfdi.motion import SPEED, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import SPEED, Param, PhysicsTerm, Vector
 
 
-def level(m: Array, p: Array, s: Array) -> float:
+def level(m: Vector, p: Vector, s: Vector) -> float:
     """Give excess exp(-(v / vs)²)."""
     x = m[SPEED] / p[1]
     return p[0] * math.exp(-min(x * x, 700.0))
@@ -41,7 +40,7 @@ TERM = PhysicsTerm(
             typical=0.005,
         ),
     ),
-    source="B. Armstrong-Hélouvry et al., Automatica 30 (1994), eq. 6, exponent 2",
+    source="B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083: (Fs - Fc) exp(-(v / vs)^δ) with δ = 2",
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,

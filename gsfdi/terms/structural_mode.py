@@ -2,11 +2,10 @@
 
 import math
 
-from gsfdi.motion import JOINT_ANGLE, SPEED, STEP, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import JOINT_ANGLE, SPEED, STEP, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give k (θ - ξ) + d (dθ - dξ) of an inertia at ξ beyond the output's own; implicit midpoint over the step."""
     if math.isnan(s[0]):
         s[0], s[1] = m[JOINT_ANGLE], m[SPEED]
@@ -49,7 +48,7 @@ TERM = PhysicsTerm(
         ),
         Param("damping_ratio", "1", "share of critical damping", start=0.01, low=0.0, high=2.0, typical=0.01),
     ),
-    source="J. P. Den Hartog, Mechanical Vibrations (1956), eq. 3.15: a mass on a moving support",
+    source="J. P. Den Hartog, Mechanical Vibrations (1956), ch. 3: a mass on a moving support",
     signature=("balance", "output"),
     sides=("output",),
     dissipative=True,

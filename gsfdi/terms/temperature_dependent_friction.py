@@ -1,10 +1,9 @@
 """Temperature-dependent viscous friction: cold lubricant is stiff."""
 
-from gsfdi.motion import REFERENCE_TEMPERATURE, SPEED, TEMPERATURE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import REFERENCE_TEMPERATURE, SPEED, TEMPERATURE, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give b max(0, 1 + k (T - 20 degC)) times speed."""
     return p[0] * max(0.0, 1.0 + p[1] * (m[TEMPERATURE] - REFERENCE_TEMPERATURE)) * m[SPEED]
 
@@ -38,7 +37,7 @@ TERM = PhysicsTerm(
             typical=0.02,
         ),
     ),
-    source="A. Carvalho Bittencourt and S. Gunnarsson, J. Dyn. Syst. Meas. Control 134 (2012), eq. 9, first order",
+    source="A. C. Bittencourt and S. Gunnarsson, J. Dyn. Syst. Meas. Control 134 (2012) 051013, to first order in T",
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,

@@ -1,10 +1,9 @@
 """Timestamp latency: what is logged as now was measured a while ago."""
 
-from gsfdi.motion import Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import Param, PhysicsTerm, Vector
 
 
-def age(m: Array, p: Array, s: Array) -> float:
+def age(m: Vector, p: Vector, s: Vector) -> float:
     """Give the delay itself; the controller sees fresh values."""
     return p[0]
 
@@ -28,6 +27,6 @@ TERM = PhysicsTerm(
             neutral=0.0,
         ),
     ),
-    source="ROS REP 145 and IEEE 1588: the stamp is to be the time of sampling",
+    source="std_msgs/Header of ROS: the stamp is to be the time of sampling; y(t) = x(t - d)",
     signature=("timing", "redundancy"),
 )

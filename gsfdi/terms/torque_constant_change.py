@@ -1,10 +1,9 @@
 """Torque constant off its nominal value: weaker magnets, shorted turns, a wrong scale in the drive."""
 
-from gsfdi.motion import Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import Param, PhysicsTerm, Vector
 
 
-def factor(m: Array, p: Array, s: Array) -> float:
+def factor(m: Vector, p: Vector, s: Vector) -> float:
     """Give the torque constant Kt over its nominal value."""
     return p[0]
 
@@ -29,6 +28,6 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="E. Dombre and W. Khalil, Modeling, Identification and Control of Robots (2002), eq. 12.1: drive gain",
+    source="the paper's eq. 5-1: Kt in B",
     signature=("balance", "proportional"),
 )

@@ -1,10 +1,9 @@
 """Torque constant that fades with time: the fault of the paper's headline example."""
 
-from gsfdi.motion import ONSET, TIME, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import ONSET, TIME, Param, PhysicsTerm, Vector
 
 
-def factor(m: Array, p: Array, s: Array) -> float:
+def factor(m: Vector, p: Vector, s: Vector) -> float:
     """Give max(0, 1 + rate (t - onset)), from the later of `onset_s` and the onset of the term."""
     return max(0.0, 1.0 + p[0] * max(0.0, m[TIME] - max(p[1], m[ONSET])))
 
@@ -38,6 +37,6 @@ TERM = PhysicsTerm(
             typical=10.0,
         ),
     ),
-    source="gradual actuator fault, R. Isermann, Fault-Diagnosis Systems (2006), fig. 5.2b",
+    source="the paper's section 5: Kt of its eq. 5-1 falls by 1 %/s from 7.5 s",
     signature=("balance", "proportional"),
 )

@@ -2,11 +2,10 @@
 
 import math
 
-from gsfdi.motion import MOTOR_TURN, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import MOTOR_TURN, Param, PhysicsTerm, Vector
 
 
-def factor(m: Array, p: Array, s: Array) -> float:
+def factor(m: Vector, p: Vector, s: Vector) -> float:
     """Give 1 + a sin(n φ + phase), with φ the motor angle."""
     return 1.0 + p[0] * math.sin(p[1] * m[MOTOR_TURN] + p[2])
 
@@ -33,7 +32,7 @@ TERM = PhysicsTerm(
         Param("order", "1/rev", "periods per motor revolution", start=6.0, low=0.05, high=500.0, typical=6.0),
         Param("phase_rad", "rad", "phase at motor angle zero", start=0.0, low=-math.pi, high=math.pi, typical=1.0),
     ),
-    source="T. M. Jahns and W. L. Soong, IEEE Trans. Ind. Electron. 43 (1996), eq. 4",
+    source="T. M. Jahns and W. L. Soong, IEEE Trans. Ind. Electron. 43 (1996) 321: one harmonic of Kt",
     signature=("balance", "proportional"),
     wave="order",
 )

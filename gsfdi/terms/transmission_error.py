@@ -2,11 +2,10 @@
 
 import math
 
-from gsfdi.motion import GEAR, LEVER, MOTOR_TURN, VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import GEAR, LEVER, MOTOR_TURN, VALUE, Param, PhysicsTerm, Vector
 
 
-def deflection(m: Array, p: Array, s: Array) -> float:
+def deflection(m: Vector, p: Vector, s: Vector) -> float:
     """Give the difference of angles less a sin(n φ + phase); the motor feels the spring through the slope of that."""
     turn = p[1] * m[MOTOR_TURN] + p[2]
     m[LEVER] += p[0] * p[1] * m[GEAR] * math.cos(turn)
@@ -35,7 +34,7 @@ TERM = PhysicsTerm(
         Param("order", "1/rev", "periods per motor revolution", start=2.0, low=0.05, high=500.0, typical=2.0),
         Param("phase_rad", "rad", "phase at motor angle zero", start=0.0, low=-math.pi, high=math.pi, typical=1.0),
     ),
-    source="F. H. Ghorbel, P. S. Gandhi and F. Alpeter, J. Mech. Des. 123 (2001), eq. 2; lever by virtual work",
+    source="F. H. Ghorbel, P. S. Gandhi and F. Alpeter, J. Mech. Des. 123 (2001): one harmonic; lever by virtual work",
     signature=("windup",),
     structures=("flexible",),
     wave="order",

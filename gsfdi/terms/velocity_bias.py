@@ -1,10 +1,9 @@
 """Velocity bias: the speed sensor reads a constant too much."""
 
-from gsfdi.motion import VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import VALUE, Param, PhysicsTerm, Vector
 
 
-def measured(m: Array, p: Array, s: Array) -> float:
+def measured(m: Vector, p: Vector, s: Vector) -> float:
     """Give ω + bias."""
     return m[VALUE] + p[0]
 
@@ -29,6 +28,6 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="additive sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.8",
+    source="R. Isermann, Fault-Diagnosis Systems (2006): additive sensor fault y = x + f",
     signature=("redundancy",),
 )

@@ -1,10 +1,9 @@
 """Velocity gain: the speed sensor reads in proportion too much."""
 
-from gsfdi.motion import VALUE, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import VALUE, Param, PhysicsTerm, Vector
 
 
-def measured(m: Array, p: Array, s: Array) -> float:
+def measured(m: Vector, p: Vector, s: Vector) -> float:
     """Give ratio ω."""
     return p[0] * m[VALUE]
 
@@ -21,6 +20,6 @@ TERM = PhysicsTerm(
             "ratio", "1", "reading over speed", start=1.02, low=0.01, high=100.0, typical=0.02, neutral=1.0, linear=True
         ),
     ),
-    source="multiplicative sensor fault, R. Isermann, Fault-Diagnosis Systems (2006), eq. 5.9",
+    source="R. Isermann, Fault-Diagnosis Systems (2006): y = (1 + f) x, on the second row of the paper's eq. 5-2",
     signature=("redundancy",),
 )

@@ -1,10 +1,9 @@
 """Viscous friction: a torque in proportion to speed."""
 
-from gsfdi.motion import SPEED, Param, PhysicsTerm
-from gsfdi.types import Array
+from gsfdi.motion import SPEED, Param, PhysicsTerm, Vector
 
 
-def torque(m: Array, p: Array, s: Array) -> float:
+def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give b times speed."""
     return p[0] * m[SPEED]
 
@@ -29,7 +28,7 @@ TERM = PhysicsTerm(
             linear=True,
         ),
     ),
-    source="H. Olsson et al., Friction models and friction compensation, Eur. J. Control 4 (1998), eq. 3",
+    source="H. Olsson et al., Eur. J. Control 4 (1998) 176: F = Fv v",
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,
