@@ -90,7 +90,8 @@ def spike(case: Case) -> None:
 def again(case: Case) -> None:
     rows, share = case.some()
     rows[0] = False
-    case.stamps[rows] = case.stamps[np.flatnonzero(rows) - 1]
+    last = np.maximum.accumulate(np.where(rows, 0, np.arange(len(rows))))  # the newest row that kept its own
+    case.stamps = case.stamps[last]
     case.hopeless |= share > MOST
 
 

@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from gsfdi.types import Array, Mask
 
+LEFT_OUT = ("duplicate", "out_of_order", "clock_jump", "no_stamp", "undecodable", "corrupt_row")
+"""Kinds of rows that are counted under ``"time"`` and are not in the record."""
 GAP = 5.0
 """A pause of more than this many usual spacings is a gap."""
 FARTHEST_NS = 2.0**61
