@@ -49,8 +49,16 @@ def test_nothing_that_a_proof_says_is_markup() -> None:
     assert len(page.encode()) < 2_000_000
 
 
-def test_silence_is_right_where_nothing_can_be_known() -> None:
-    assert is_right("(nothing)", "(no_mismatch)", ())
-    assert is_right("creep", "(unexplained)", {"creep"})
-    assert not is_right("creep", "backlash", {"creep"})
-    assert is_right("backlash", "backlash", {"creep"})
+@pytest.mark.parametrize(
+    ("score", "right"),
+    [
+        ({"group": "null", "kinds": [], "extra": []}, True),
+        ({"group": "null", "kinds": [], "extra": ["cogging"]}, False),
+        ({"group": "unknown", "kinds": ["creep"], "puzzled": True, "first_right": None}, True),
+        ({"group": "unknown", "kinds": ["creep"], "puzzled": False, "first_right": None}, False),
+        ({"group": "single", "kinds": ["backlash"], "puzzled": True, "first_right": False}, False),
+        ({"group": "single", "kinds": ["controller_gain"], "first_right": None, "located": True}, True),
+    ],
+)
+def test_what_counts_as_right_depends_on_what_acted(score: dict[str, object], right: bool) -> None:
+    assert is_right(score) is right

@@ -22,9 +22,9 @@ class Figure:
     svg: Markup
 
 
-def plotted(plot: Plot, caption: str = "", columns: int = 260) -> Figure:
-    """Draw `plot` for a page; its description is the caption unless another is given."""
-    return Figure(caption or plot.description, Markup(draw(plot, columns)))
+def plotted(plot: Plot, columns: int = 260) -> Figure:
+    """Draw `plot` for a page, under its description."""
+    return Figure(plot.description, Markup(draw(plot, columns)))
 
 
 @cache
@@ -38,7 +38,7 @@ def environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     templates.filters.update(
-        words=words, number=number, percent=percent, likely=likely, chance=chance, local=local, sentence=finished
+        words=words, number=number, percent=percent, likely=likely, chance=chance, sentence=finished
     )
     return templates
 
@@ -139,14 +139,3 @@ def finished(text: str) -> str:
     'The residual of SH1 stays low.'
     """
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
-
-
-def local(name: str) -> str:
-    """Give the last part of a path.
-
-    Examples
-    --------
-    >>> local("inbox/night/arm.mcap")
-    'arm.mcap'
-    """
-    return name.rstrip("/").rsplit("/", 1)[-1]

@@ -6,7 +6,7 @@ page: ``rivals`` (name -> figures of the same names), ``real`` (rows of ``record
 `gsfdi.reports.reconcile_page`.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -114,7 +114,17 @@ def hiding(scores: Fields) -> Iterator[Figure]:
 
 
 STRANGERS = ("unknown", "withheld")
-"""Groups of cases whose cause is in no library: whoever does not name it is right."""
+"""Groups of cases whose cause is in no library: whoever calls it unexplained is right."""
+
+
+def is_right(score: Fields) -> bool | None:
+    """Whether the answer to a case is right; None where nothing was asked."""
+    if not score["kinds"]:
+        return not score["extra"]
+    asked_of = "puzzled" if score["group"] in STRANGERS else "first_right"
+    right = score.get(asked_of)
+    # A fault of the controller has no term to be named by; there the place is what was asked.
+    return score.get("located") if right is None else bool(right)
 
 
 def confused(proof: Fields) -> Iterator[Figure]:
@@ -122,11 +132,11 @@ def confused(proof: Fields) -> Iterator[Figure]:
     table: Mapping[str, Mapping[str, int]] = proof.get("confusion") or {}
     if not table:
         return
-    strange = {kind for score in proof["scores"].values() if score["group"] in STRANGERS for kind in score["kinds"]}
     said = {name for counts in table.values() for name in counts}
     columns = [name for name in table if name in said] + sorted(said - set(table))
     counts = np.array([[table[kind].get(name, 0) for name in columns] for kind in table], dtype=float)
-    right = np.array([[is_right(kind, name, strange) for name in columns] for kind in table])
+    good = {first_words(score) for score in proof["scores"].values() if is_right(score)}
+    right = np.array([[(kind, name) in good for name in columns] for kind in table])
     caption = (
         f"What acted (rows) against the first name given, or in brackets the verdict where none was (columns): "
         f"{counts[right].sum():.0f} of {counts.sum():.0f} right, in blue. Effects too faint to be seen are left out."
@@ -135,11 +145,10 @@ def confused(proof: Fields) -> Iterator[Figure]:
     yield Figure(caption, Markup(draw_matrix("Confusion matrix", caption, rows, names, counts, right)))
 
 
-def is_right(kind: str, said: str, strange: Collection[str]) -> bool:
-    """Whether `said` is a right answer to `kind`; where nothing acted, and where no library can know, silence is."""
-    if kind == "(nothing)":
-        return said in ("(no_mismatch)", "(not_enough_data)")
-    return said in ("(unexplained)", "(partly_explained)") if kind in strange else said == kind
+def first_words(score: Fields) -> tuple[str, str]:
+    """Give what acted, and the first name given or else the verdict in brackets."""
+    acted = score["kinds"][0] if score["kinds"] else "(nothing)"
+    return acted, score["named"][0] if score["named"] else f"({score['verdict']})"
 
 
 def rivals(proof: Fields) -> Iterator[Figure]:
@@ -150,17 +159,10 @@ def rivals(proof: Fields) -> Iterator[Figure]:
         ("false_discovery_in_nulls", "Something named where nothing was wrong, on the same cases (less is better)."),
     ):
         rows = [("gsfdi reconcile", proof["figures"].get(key)), *((name, one.get(key)) for name, one in others.items())]
+        known = [(name, one["rate"], one["ci95"]) for name, one in rows if one and one["rate"] is not None]
         bars = [
-            Bar(
-                name,
-                one["rate"],
-                one["ci95"][0],
-                one["ci95"][1],
-                tone="quiet" if i else "after",
-                note=percent(one["rate"]),
-            )
-            for i, (name, one) in enumerate(rows)
-            if one and one["rate"] is not None
+            Bar(name, share, low, high, tone="quiet" if i else "after", note=percent(share))
+            for i, (name, share, (low, high)) in enumerate(known)
         ]
         if len(bars) > 1:
             spoken = "; ".join(f"{bar.label} {bar.note}" for bar in bars)
@@ -183,8 +185,6 @@ def sizes(kinds: Sequence[Fields]) -> list[dict[str, object]]:
 
 def told(name: str, score: Fields) -> dict[str, object]:
     """Give one case as the table prints it."""
-    asked_of = score.get("first_right")
-    right = not score.get("extra") if not score.get("kinds") else score.get("puzzled") if asked_of is None else asked_of
     return {
         "name": name,
         "group": words(score["group"]),
@@ -194,7 +194,7 @@ def told(name: str, score: Fields) -> dict[str, object]:
         "tracking": (score.get("concealment") or {}).get("tracking"),
         "verdict": words(score.get("verdict") or "no answer"),
         "named": ", ".join(map(words, score.get("named") or ())) or "–",
-        "right": right,
+        "right": is_right(score),
         "seconds": score.get("seconds"),
     }
 

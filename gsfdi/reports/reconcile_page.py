@@ -94,12 +94,12 @@ def overlays(joint: str, evidence: Fields, columns: int) -> Iterator[Figure]:
             curves.insert(0, Line(t, recorded, "recorded", "quiet"))
         caption = f"{name.capitalize()} on data that took no part" + (", not measured." if recorded is None else ".")
         plot = Plot(f"{joint}: {name}, held out", caption, tuple(curves), y_label=name, y_unit=unit)
-        yield plotted(plot, columns=columns)
+        yield plotted(plot, columns)
         if recorded is not None:
             left = tuple(Line(t, recorded - values, RUNS[tone], tone) for tone, values in runs)
             caption = f"What each simulation leaves over in {name}."
             plot = Plot(f"{joint}: residual of {name}, held out", caption, left, y_label="residual", y_unit=unit)
-            yield plotted(plot, columns=columns)
+            yield plotted(plot, columns)
 
 
 def profiles(joint: str, evidence: Fields) -> Iterator[Figure]:

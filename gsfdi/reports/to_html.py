@@ -22,15 +22,6 @@ WORST_FIRST: tuple[Level, ...] = (
     "normal",
 )
 
-ACTIONS = {
-    "none": "none",
-    "inspect": "inspect",
-    "plan_maintenance": "plan maintenance",
-    "stop_using": "stop using",
-    "check_telemetry": "check telemetry",
-}
-
-
 TELLING = 2
 """Signals that stand beside the evidence: effort and tracking error."""
 
@@ -42,7 +33,6 @@ class JointPart:
     anchor: str
     name: str
     verdict: Verdict
-    action: str
     leading: list[Figure]
     further: list[Figure]
     findings: list[Finding]
@@ -54,7 +44,7 @@ def part(index: int, name: str, one: Judged, columns: int, limit: float) -> Join
     verdict, record, ledger = one
     trend = list(trend_figures(verdict, ledger, limit))
     plots = signal_plots(record, verdict.onset_s) if record is not None else {}
-    signals = [plotted(plot, columns=columns) for plot in plots.values()]
+    signals = [plotted(plot, columns) for plot in plots.values()]
     alarms, rest = (evidence_figures(verdict, columns, alarm) for alarm in (True, False))
     quiet = verdict.verdict == "normal"
     leading = trend + alarms + ([] if quiet else signals[:TELLING])
@@ -62,7 +52,6 @@ def part(index: int, name: str, one: Judged, columns: int, limit: float) -> Join
         anchor=f"joint-{index}",
         name=name,
         verdict=verdict,
-        action=ACTIONS[verdict.action],
         leading=leading,
         further=rest + (signals if quiet else signals[TELLING:]),
         findings=by_weight(verdict.findings),

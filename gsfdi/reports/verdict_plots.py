@@ -69,7 +69,15 @@ def by_weight(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def watched(
-    finding: Finding, columns: int, values: str = "residual", limit: str = "threshold", times: str = "t", **said: str
+    finding: Finding,
+    columns: int,
+    values: str = "residual",
+    limit: str = "threshold",
+    times: str = "t",
+    *,
+    name: str,
+    caption: str,
+    unit: str = "1",
 ) -> Iterator[Figure]:
     """Draw a statistic over time with its threshold and the onset.
 
@@ -81,14 +89,14 @@ def watched(
         Resolution of the drawing.
     values, limit, times : str
         Keys of the statistic, its threshold and its times among the evidence.
-    **said : str
-        ``name`` and ``unit`` of the statistic, and the ``caption``.
+    name, caption, unit : str
+        What the statistic is called, what the drawing shows, and in which unit.
     """
     evidence: Evidence = finding.evidence
     if not np.size(evidence.get(values, ())):
         return
     statistic = np.asarray(evidence[values], float)
-    marks: list[Mark] = [Line(evidence[times], statistic, said["name"])]
+    marks: list[Mark] = [Line(evidence[times], statistic, name)]
     bound = evidence.get(limit)
     if bound is not None:
         marks.append(Level(float(bound), "threshold"))
@@ -96,10 +104,7 @@ def watched(
             marks.append(Level(-float(bound), ""))
     if finding.alarm:
         marks += onset(finding.onset_s)
-    title = f"{finding.joint}: {said['name']}"
-    yield plotted(
-        Plot(title, said["caption"], tuple(marks), y_label=said["name"], y_unit=said["unit"]), columns=columns
-    )
+    yield plotted(Plot(f"{finding.joint}: {name}", caption, tuple(marks), y_label=name, y_unit=unit), columns)
 
 
 def ranked(finding: Finding, title: str, caption: str, bars: Sequence[Bar], limit: float = 0.0) -> Iterator[Figure]:
@@ -126,29 +131,16 @@ def diagnosis(finding: Finding, columns: int) -> Iterator[Figure]:
 def innovations(finding: Finding, columns: int) -> Iterator[Figure]:
     """Draw how far the innovations lean towards the most likely fault."""
     caption = "Innovations, summed along the most likely fault: how far the batch leans towards it."
-    yield from watched(finding, columns, name="lean", unit="1", caption=f"{caption} {finished(finding.sentence)}")
+    yield from watched(finding, columns, name="lean", caption=f"{caption} {finished(finding.sentence)}")
 
 
 def parity(finding: Finding, columns: int) -> Iterator[Figure]:
     """Draw the parity residual of the long window and of the paper's three samples."""
-    yield from watched(
-        finding,
-        columns,
-        name="parity residual",
-        unit="1",
-        caption=f"Parity residual over the long window ({finding.unit}).",
-    )
+    caption = f"Parity residual over the long window ({finding.unit})."
+    yield from watched(finding, columns, name="parity residual", caption=caption)
     caption = "Parity residual over three samples, as in the paper: quick, and blind in noise."
-    yield from watched(
-        finding,
-        columns,
-        "residual3",
-        "threshold3",
-        "t3" if "t3" in finding.evidence else "t",
-        name="parity residual",
-        unit="1",
-        caption=caption,
-    )
+    times = "t3" if "t3" in finding.evidence else "t"
+    yield from watched(finding, columns, "residual3", "threshold3", times, name="parity residual", caption=caption)
 
 
 def identified(finding: Finding, columns: int) -> Iterator[Figure]:
@@ -156,7 +148,7 @@ def identified(finding: Finding, columns: int) -> Iterator[Figure]:
     caption = "Largest principal angle between the identified subspace and the baseline's, block by block."
     yield from watched(finding, columns, "angles", name="angle", unit="rad", caption=caption)
     caption = "Deviation of the Markov parameters, block by block: the second step, which sees what angles cannot."
-    yield from watched(finding, columns, "markov", "markov_threshold", name="deviation", unit="1", caption=caption)
+    yield from watched(finding, columns, "markov", "markov_threshold", name="deviation", caption=caption)
 
 
 def signals(finding: Finding, columns: int) -> Iterator[Figure]:
@@ -177,7 +169,7 @@ def by_shape(finding: Finding, columns: int) -> Iterator[Figure]:
     if curves:
         marks = (*curves, Level(finding.threshold, "threshold"), *onset(finding.onset_s))
         title = f"{finding.joint}: {words(finding.detector)}"
-        yield plotted(Plot(title, finding.sentence, marks, y_label="statistic", y_unit=finding.unit), columns=columns)
+        yield plotted(Plot(title, finding.sentence, marks, y_label="statistic", y_unit=finding.unit), columns)
     for key, value in finding.evidence.items():
         if isinstance(value, Mapping) and value and all(isinstance(item, int | float) for item in value.values()):
             rows = sorted(((words(name), float(item)) for name, item in value.items()), key=lambda pair: -pair[1])

@@ -5,7 +5,8 @@ plot, on the machine where these take 0.2 s in all and 4 kB a plot; a whole anal
 """
 
 from gsfdi.svg.charts import Bar, draw_bars, draw_map, draw_matrix
-from gsfdi.svg.plot import Instant, Level, Line, Mark, Plot, Points, Ribbon, Span, Tone, draw
+from gsfdi.svg.marks import Instant, Level, Line, Mark, Points, Ribbon, Span, Tone
+from gsfdi.svg.plot import Plot, draw
 from gsfdi.svg.style import PLOT_STYLE
 
 __all__ = [

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsfdi.svg.plot import Tone, svg, text
+from gsfdi.svg.marks import Tone
+from gsfdi.svg.plot import svg, text
 from gsfdi.svg.scale import tick_labels, ticks
 from gsfdi.types import Array, Mask
 

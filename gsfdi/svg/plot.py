@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from hashlib import blake2s
 from html import escape
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from gsfdi.svg.marks import Instant, Level, Line, Mark, Points, Ribbon, Span
 from gsfdi.svg.scale import (
     FINE,
     decades,
@@ -27,72 +27,11 @@ from gsfdi.svg.scale import (
 )
 from gsfdi.types import Array
 
-Tone = Literal["measured", "command", "before", "after", "alarm", "quiet"]
-
 WIDTH, LEFT, RIGHT, TOP, BOTTOM = 560, 62, 10, 22, 36
 WIDEST = 720
 
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """A curve through samples; NaN breaks it."""
-
-    x: npt.ArrayLike
-    y: npt.ArrayLike
-    label: str
-    tone: Tone = "measured"
-
-
-@dataclass(frozen=True, slots=True)
-class Points:
-    """Single samples, not joined."""
-
-    x: npt.ArrayLike
-    y: npt.ArrayLike
-    label: str
-    tone: Tone = "measured"
-
-
-@dataclass(frozen=True, slots=True)
-class Ribbon:
-    """The room between two curves, for instance an interval."""
-
-    x: npt.ArrayLike
-    low: npt.ArrayLike
-    high: npt.ArrayLike
-    label: str
-    tone: Tone = "quiet"
-
-
-@dataclass(frozen=True, slots=True)
-class Span:
-    """A stretch of the horizontal axis, shaded."""
-
-    start: float
-    end: float
-    label: str
-
-
-@dataclass(frozen=True, slots=True)
-class Level:
-    """A threshold: a horizontal line with its name."""
-
-    y: float
-    label: str
-
-
-@dataclass(frozen=True, slots=True)
-class Instant:
-    """A vertical line with its name, for instance an onset."""
-
-    x: float
-    label: str
-
-
 CROSS = "m-14-14l28 28m0-28l-28 28"
 """What marks a point of the tone ``before``, on the fine grid; the others are dots."""
-
-Mark = Line | Points | Ribbon | Span | Level | Instant
 
 
 @dataclass(frozen=True, slots=True)

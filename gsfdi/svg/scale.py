@@ -93,8 +93,8 @@ def tick_labels(values: list[float]) -> list[str]:
     step = values[1] - values[0]
     if max(abs(value) for value in values) >= 1e6:
         return [f"{value:.3g}" for value in values]
-    if step < 1e-6:
-        return [f"{value:.2g}".replace("-", "−") for value in values]
+    if step < 1e-6 and abs(values[0]) + abs(values[-1]) < 100 * step:
+        return [f"{value:.3g}".replace("-", "−") for value in values]
     places = next((n for n in range(12) if abs(step * 10**n - round(step * 10**n)) < 1e-6 * step * 10**n), 12)
     return ["0" if value == 0 else f"{value:.{places}f}".replace("-", "−") for value in values]
 
