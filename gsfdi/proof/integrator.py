@@ -157,7 +157,7 @@ def dry_level(v: float, coulomb: float, excess: float, speed: float, more: float
     return level + more, level - more
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def integrate(
     t: Array,
     setpoint: Array,

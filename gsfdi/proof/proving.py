@@ -19,7 +19,7 @@ from gsfdi.atomic import write_text
 from gsfdi.proof.cases import Case, Design, draw, truth_of, write_files
 from gsfdi.proof.checking import scored
 from gsfdi.proof.concealment import concealment, oracle
-from gsfdi.proof.plan import full, plan
+from gsfdi.proof.plan import plan
 from gsfdi.proof.real import COVERS, home, trials
 from gsfdi.proof.rivals import rivals
 from gsfdi.proof.running import TOOL, Desk, examine
@@ -31,7 +31,7 @@ FRESH = 100_000  # seeds of cases begin here; those below served to build the to
 
 
 def prove(
-    cases: int | None = 20,
+    cases: int | Sequence[Design] = 20,
     *,
     seed: int = 0,
     out: Path,
@@ -44,8 +44,8 @@ def prove(
 
     Parameters
     ----------
-    cases : int or None
-        How many; None for the full proof.
+    cases : int or sequence of Design
+        How many, in the shares of `plan.SHARES`; or which.
     seed : int
         Seed of every draw. The tool is never told.
     out : Path
@@ -64,16 +64,14 @@ def prove(
     dict
         What ``proof.json`` holds.
     """
-    designs = full(seed) if cases is None else plan(cases, seed)
-    named = neutral(designs, seed)
+    named = neutral(plan(cases, seed) if isinstance(cases, int) else cases, seed)
     truths, inputs = {}, {}
-    for done, (name, (design, at)) in enumerate(named.items()):
-        progress(done, len(named), "drawing cases")
-        case = draw(design, at)
-        truths[name] = {**truth_of(case), "concealment": asdict(concealment(case)), "oracle": oracle(case)}
-        inputs[name] = {file: digest(content) for file, content in files_of(case).items()}
+    with ThreadPoolExecutor(jobs) as pool:
+        for done, (name, (truth, hashes)) in enumerate(zip(named, pool.map(drawn, named.values()), strict=True)):
+            progress(done, len(named), "drawing cases")
+            truths[name], inputs[name] = truth, hashes
     sealed = Sealed(truths, salt=hashlib.sha256(f"salt {seed}".encode()).hexdigest())
-    say(f"{len(named)} cases sealed: SHA-256 {put(out, sealed, inputs, {'cases': cases, 'seed_withheld': True})}")
+    say(f"{len(named)} cases sealed: SHA-256 {put(out, sealed, inputs)}")
     answer_all(named, inputs, out / "answers", jobs, progress, tool)
     write_text(out / "truth.json", sealed.text)
     result = scored(out)
@@ -83,6 +81,13 @@ def prove(
             result["real"] = semi_blind(recordings, out / "real", tool)
     write_text(out / "proof.json", spelled(result) + "\n")
     return result
+
+
+def drawn(designed: tuple[Design, int]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Draw a case: what goes into the seal, and the hashes of the files that the tool will be given."""
+    case = draw(*designed)
+    truth = {**truth_of(case), "concealment": asdict(concealment(case)), "oracle": oracle(case)}
+    return truth, {file: digest(content) for file, content in files_of(case).items()}
 
 
 def semi_blind(recordings: Path, answers: Path, tool: Sequence[str]) -> list[dict[str, Any]]:

@@ -46,13 +46,13 @@ def digest(text: str | bytes) -> str:
     return hashlib.sha256(text.encode() if isinstance(text, str) else text).hexdigest()
 
 
-def put(folder: Path, sealed: Sealed, inputs: Mapping[str, Mapping[str, str]], asked: Mapping[str, object]) -> str:
-    """Store the promise: hash of the truth, hashes of every file that the tool is given, what was asked.
+def put(folder: Path, sealed: Sealed, inputs: Mapping[str, Mapping[str, str]]) -> str:
+    """Store the promise: hash of the truth, and hashes of every file that the tool is given.
 
     Returns the hash of the truth. A folder that holds the same promise already is left alone; another one is refused.
     """
     path = folder / "seal.json"
-    promise = {"schema": SCHEMA, "truth_sha256": sealed.sha256, "asked": dict(asked), "inputs": dict(inputs)}
+    promise = {"schema": SCHEMA, "truth_sha256": sealed.sha256, "inputs": dict(inputs)}
     if path.exists():
         if json.loads(path.read_text()) != json.loads(json.dumps(promise)):
             raise UnusableInputError(path, "seals other cases than these", "choose another --out, or ask for the same")
