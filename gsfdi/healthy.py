@@ -13,7 +13,7 @@ from scipy import signal
 from gsfdi.directions import DIRECTIONS, Direction, Moving, library
 from gsfdi.errors import BaselineError
 from gsfdi.model import JointModel, Plant
-from gsfdi.nominal import Nominal, entries, observer, score, watch
+from gsfdi.nominal import Nominal, entries, filtered, observer, score, watch
 from gsfdi.stretches import Stretch, sampling_step, stretches
 from gsfdi.types import Array, JointRecord
 
@@ -202,7 +202,7 @@ def _likelihood(nominal: Nominal, parts: Sequence[Stretch]) -> float:
     run = observer(nominal)
     total, count = np.zeros((nominal.measured, nominal.measured)), 0.0
     for part in parts:
-        seen = watch(nominal, run, part, BY_KEY)
+        seen = filtered(nominal, run, part, BY_KEY)
         e = seen.e[seen.live * seen.used > 0]
         with np.errstate(over="ignore", invalid="ignore"):  # a guess may run away
             total += e.T @ e
@@ -217,8 +217,10 @@ def _tuned(nominal: Nominal, parts: Sequence[Stretch]) -> Nominal:
     """Choose the unrest of the drive and the hold of the effort that make the innovations most likely."""
     some = _spread(list(parts), 20_000)
     usual = float(np.std(np.concatenate([part.values[nominal.effort] for part in some]))) or 1.0
-    grid = [replace(nominal, unrest=usual * 10.0**power) for power in np.arange(-4.5, 1.1, 0.25)]
-    nominal = max(grid, key=lambda one: _likelihood(one, some))
+    for powers in (np.arange(-4.5, 1.1, 0.75), (-0.5, -0.25, 0.0, 0.25, 0.5)):
+        middle = usual if len(powers) > 5 else nominal.unrest
+        grid = [replace(nominal, unrest=float(middle * 10.0**power)) for power in powers]
+        nominal = max(grid, key=lambda one: _likelihood(one, some))
     return max((replace(nominal, held=share) for share in (0.0, 0.5, 1.0)), key=lambda one: _likelihood(one, some))
 
 
@@ -304,7 +306,7 @@ def _weighted(nominal: Nominal, parts: Sequence[Stretch]) -> Nominal:
     run = observer(nominal)
     kept = []
     for part in parts:
-        seen = watch(nominal, run, part, BY_KEY)
+        seen = filtered(nominal, run, part, BY_KEY)
         kept.append(seen.e[(seen.live * seen.used) > 0])
     e = np.concatenate(kept)
     if len(e) < 50:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.ndimage import uniform_filter1d
 
 from gsfdi.directions import Direction, Moving, grouped
@@ -165,26 +166,50 @@ def _learnt(nominal: Nominal, directions: Mapping[str, Direction], moving: Movin
     return torque, stuck
 
 
-def watch(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mapping[str, Direction]) -> Watched:
-    """Run the observer over a stretch."""
-    rough = _rough(nominal, stretch)
+class Filtered(NamedTuple):
+    """What the observer gives: the outputs, effort and torques that went in, innovations, states, where to look."""
+
+    y: Array
+    u: Array
+    torque: Array
+    free: Mask
+    e: Array
+    states: Array
+    used: Array
+    live: Array
+
+
+def filtered(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mapping[str, Direction]) -> Filtered:
+    """Run the observer over a stretch, and no more."""
+    return _filtered(nominal, run, stretch, directions, _rough(nominal, stretch))
+
+
+def _filtered(
+    nominal: Nominal, run: Filter, stretch: Stretch, directions: Mapping[str, Direction], rough: Moving
+) -> Filtered:
     u = _acting(nominal, stretch)
     torque, stuck = _learnt(nominal, directions, rough)
     y = np.column_stack([stretch.values[name] for name in ("position", nominal.velocity) if name])
-    nx = len(run.Ad)
-    x = np.zeros(nx)
+    x = np.zeros(len(run.Ad))
     x[0], x[1] = y[0, 0], float(np.median(rough.speed[:5]))
     e, states, used = innovations(*run[:-1], GATE, y, u, torque, x)
     live = (stretch.trusted & ~stuck & np.isfinite(e).all(axis=1)).astype(float)
     live[: min(run.settled, len(u) // 4)] = 0.0
+    return Filtered(y, u, torque, ~stuck, e, states, used, live)
+
+
+def watch(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mapping[str, Direction]) -> Watched:
+    """Run the observer over a stretch, and prepare what directions are evaluated on."""
+    rough = _rough(nominal, stretch)
+    seen = _filtered(nominal, run, stretch, directions, rough)
     # The noise of the measured effort reaches states and innovations alike; a regressor that held it would lean on a
     # healthy joint, so what the directions are evaluated on is kept below the frequency where the effort is noise.
-    ceiling = ceiling_of(u, stretch.step)
-    acting = u
-    calmed = calm(np.column_stack([states, u]), stretch.step, ceiling)
+    ceiling = ceiling_of(seen.u, stretch.step)
+    calmed = calm(np.column_stack([seen.states, seen.u]), stretch.step, ceiling)
     states, u = np.ascontiguousarray(calmed[:, :-1]), np.ascontiguousarray(calmed[:, -1])
     rough = rough._replace(drive=nominal.plant.gear_ratio * nominal.plant.torque_constant * u)
-    return Watched(stretch, y, acting, torque, ~stuck, e, states, used, live, u, _observed(nominal, rough, states))
+    return Watched(stretch, seen.y, seen.u, seen.torque, seen.free, seen.e, states, seen.used, seen.live, u,
+                   _observed(nominal, rough, states))  # fmt: skip
 
 
 def _observed(nominal: Nominal, rough: Moving, states: Array) -> Moving:
@@ -278,19 +303,23 @@ def score(
 def calm(values: Array, step: float, ceiling: float) -> Array:
     """Low-pass columns of `values` at `ceiling` [Hz], without delay and without kinks at the ends."""
     n = len(values)
+    side = min(n - 1, max(int(2.0 / (ceiling * step)), 16))
     first, last = values[:1], values[-1:]
-    whole = np.concatenate([2 * first - values[n:0:-1], values, 2 * last - values[-2 : -n - 1 : -1]])
+    before, after = 2 * first - values[side:0:-1], 2 * last - values[-2 : -side - 2 : -1]
+    rest = next_fast_len(n + 2 * side, real=True) - n - 2 * side
+    after = np.concatenate([after, np.repeat(after[-1:], rest, axis=0)])
+    whole = np.concatenate([before, values, after])
     frequency = np.fft.rfftfreq(len(whole), step)
     gain = 0.5 * (1.0 + np.cos(np.pi * np.clip((frequency - ceiling) / (0.5 * ceiling), 0.0, 1.0)))
-    spectrum = np.fft.rfft(whole, axis=0)
-    low = np.fft.irfft(spectrum * gain.reshape(-1, *[1] * (values.ndim - 1)), len(whole), axis=0)
-    return np.asarray(low[n - 1 : 2 * n - 1])
+    spectrum = rfft(whole, axis=0)
+    low = irfft(spectrum * gain.reshape(-1, *[1] * (values.ndim - 1)), len(whole), axis=0)
+    return np.asarray(low[side : side + n], dtype=np.float64)
 
 
 def ceiling_of(values: Array, step: float) -> float:
     """Frequency above which a channel holds little but noise [Hz], from its own spectrum."""
-    n = len(values)
-    power = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(n))) ** 2
+    n = next_fast_len(len(values), real=True)
+    power = np.abs(rfft((values - values.mean()) * np.hanning(len(values)), n)) ** 2
     frequency = np.fft.rfftfreq(n, step)
     top = frequency[-1]
     floor = float(np.mean(power[frequency > 0.6 * top]))

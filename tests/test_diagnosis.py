@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -145,7 +146,7 @@ def test_one_flipped_sample_never_alarms(channel: str, flip: int) -> None:
 def test_pieces_of_a_long_batch_are_judged_as_one() -> None:
     whole = record("torque_constant_change=0.95", seed=108)
     cuts = np.linspace(0, len(whole.t), 4).astype(int)
-    pieces = [part_of(whole, low, high) for low, high in zip(cuts[:-1], cuts[1:], strict=True)]
+    pieces = [part_of(whole, low, high) for low, high in pairwise(cuts)]
     assert assess(iter(pieces), learnt()).fault == "torque_constant_change"
 
 
