@@ -16,7 +16,8 @@ Between two events (a controller tick, a recorded sample) the joint moves in equ
 State: ``x = [Ω, Ω̇, ε, ε̇]``; a rigid joint keeps ε = 0. Torque inputs ``w`` are the net torque on the motor, reflected
 to the output, and on the output.
 
-The kernel takes few and plain arrays, whose layout is fixed by the index constants below, and allocates none.
+The kernel takes few and plain arrays, whose layout is fixed by the index constants below, and allocates none. It is
+one file because numba's cache notices a change only in the file of the function it has cached.
 """
 
 import math
@@ -58,7 +59,7 @@ X, MIDDLE, FREE, TORQUES, SEEN, SENSED, LATE, MEMORY, FITTED, VECTORS = range(10
 
 _TAYLOR = 14
 _PHASE_STEP = 0.35  # [rad] of a term's wave per substep: the mean of a sine over it is 0.5 % off at most
-_MOST_SUBSTEPS = 1000
+_MOST_SUBSTEPS = 400
 
 
 # Nothing is allocated in the kernel, so numba need count no references: that counting, with its atomic instructions,

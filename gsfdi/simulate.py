@@ -25,12 +25,11 @@ from typing import Literal
 import numpy as np
 
 from gsfdi import replay as kernel
-from gsfdi.channels import Axis
 from gsfdi.drive import Clock, Drive, drive_from, drive_of
-from gsfdi.errors import UnusableInputError, nearest
+from gsfdi.errors import UnusableInputError
+from gsfdi.fault import fault_of
 from gsfdi.model import JointModel, TermUse
-from gsfdi.motion import linear_name
-from gsfdi.packed import pack, stack, term_of
+from gsfdi.packed import pack, stack
 from gsfdi.starting import Signals, Start, initial_state, resistance
 from gsfdi.telemetry import measured_effort, noisy, over_bus
 from gsfdi.training import training
@@ -44,6 +43,7 @@ __all__ = [
     "Trace",
     "drive_from",
     "drive_of",
+    "fault_of",
     "initial_state",
     "replay",
     "replay_many",
@@ -156,6 +156,8 @@ def require(models: Sequence[JointModel], drive: Drive, mode: Mode) -> None:
         raise UnusableInputError(name, "a closed loop needs [controller]", "add it to the model, or simulate open-loop")
     if mode in ("closed_loop", "predict_controller") and not np.isfinite(drive.signals.setpoint).all():
         raise UnusableInputError(name, "the recording has no setpoint", "simulate open-loop")
+    if mode == "predict_controller" and not np.isfinite(drive.signals.velocity).any():
+        raise UnusableInputError(name, "the recording has no speed for the controller's law", 'use mode "predict"')
     if mode in ("open_loop", "predict") and not np.isfinite(drive.signals.effort).any():
         raise UnusableInputError(name, f"the recording has no {models[0].effort}", "replay its setpoint instead")
 
@@ -276,42 +278,3 @@ def channels_of(model: JointModel, drive: Drive, shown: Trace, seed: int) -> dic
         channels[f"{model.effort}_feedforward"] = signals.feedforward
     channels["temperature"] = signals.temperature
     return {name: values for name, values in channels.items() if np.isfinite(values).any()}
-
-
-def fault_of(text: str, axis: Axis = "rotary") -> TermUse:
-    """Read ``ID=VALUE[,NAME=VALUE...][@SECONDS]``; VALUE sets the term's first parameter, ``side=motor`` its side.
-
-    Examples
-    --------
-    >>> fault_of("cogging=2.5,order=24@30")
-    TermUse(term='cogging', values={'amplitude_nm': 2.5, 'order': 24.0}, side=None, onset=30.0)
-    """
-    body, _, onset = text.partition("@")
-    first, *others = body.split(",")
-    name, _, value = first.partition("=")
-    term = term_of(TermUse(name.strip()))
-    values, side = {term.params[0].name: _number(text, value)}, None
-    for other in others:
-        key, _, value = (part.strip() for part in other.partition("="))
-        if key == "side" and value in term.sides:
-            side = value
-            continue
-        known = {p.name if axis == "rotary" else linear_name(p.name): p for p in term.params}
-        if key not in known:
-            raise UnusableInputError(f"fault {text!r}", f"{name} has no {key!r}", nearest(key, [*known, "side"]))
-        values[known[key].name] = _number(text, value)
-    for key, number in values.items():
-        param = term.param(key)
-        if not param.low <= number <= param.high:
-            what = f"{key} = {number:g} is impossible"
-            raise UnusableInputError(f"fault {text!r}", what, f"give {param.low:g} to {param.high:g} {param.unit}")
-    return TermUse(term.name, values, side, _number(text, onset) if onset else None)
-
-
-def _number(text: str, value: str) -> float:
-    """Read a number of a fault, or say what is wrong with it."""
-    try:
-        return float(value)
-    except ValueError:
-        what = f"{value!r} is not a number"
-        raise UnusableInputError(f"fault {text!r}", what, "write ID=VALUE or ID=VALUE@SECONDS") from None

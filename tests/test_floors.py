@@ -48,6 +48,7 @@ STAGES = (
     "modelschema",
     "packed",
     "starting",
+    "fault",
     "drive",
     "training",
     "telemetry",
