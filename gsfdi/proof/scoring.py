@@ -186,7 +186,9 @@ def _parameters(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> Iterable[
                 "term": effect["term"],
                 "parameter": name,
                 "error": _error(name, value, told["value"] / factor, truth["scales"]["reach"]),
-                "covered": bool(low / factor <= value <= high / factor) if _finite(low, high) else None,
+                "covered": bool(low / factor <= value <= high / factor)
+                if _finite(low, high) and name != "order"
+                else None,
             }
 
 
