@@ -6,8 +6,13 @@ SUFFIXES = {
     "nms2_rad2": "N m s²/rad²",
     "nms_rad": "N m s/rad",
     "nm_rad": "N m/rad",
+    "ns2_m2": "N s²/m²",
+    "ns_m": "N s/m",
+    "n_m": "N/m",
     "kg_m2": "kg m²",
+    "kg": "kg",
     "per_rad2": "1/rad²",
+    "per_m2": "1/m²",
     "per_degc": "1/°C",
     "per_s": "1/s",
     "rad_s2": "rad/s²",
@@ -31,8 +36,8 @@ def quantity(name: str) -> tuple[str, str]:
 
     Examples
     --------
-    >>> quantity("motor_current_a"), quantity("half_width_rad"), quantity("ratio"), quantity("coefficient_nms_rad")
-    (('motor current', 'A'), ('half width', 'rad'), ('ratio', ''), ('coefficient', 'N m s/rad'))
+    >>> quantity("motor_current_a"), quantity("half_width_rad"), quantity("ratio"), quantity("coefficient_ns_m")
+    (('motor current', 'A'), ('half width', 'rad'), ('ratio', ''), ('coefficient', 'N s/m'))
     """
     channel, axis = CHANNEL_OF_COLUMN.get(name, (None, None))
     if channel is not None:
