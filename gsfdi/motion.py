@@ -18,8 +18,8 @@ from typing import Literal, Protocol
 
 from gsfdi.types import Array, Component
 
-# Places in the motion vector. ANGLE and SPEED belong to the side on which the term sits. Compiled laws have these numbers
-# frozen in: after a change here, remove numba's caches (`__pycache__`).
+# Places in the motion vector. ANGLE and SPEED belong to the side on which the term sits. Compiled laws have these
+# numbers frozen in: after a change here, remove numba's caches (`__pycache__`).
 TIME = 0  # since the start of the recording [s]
 STEP = 1  # length of the integration step around this instant [s]; 0 where there is none
 ANGLE = 2  # [rad]
