@@ -110,6 +110,13 @@ def test_ticks_are_few_and_lie_inside_and_read_differently(low: float, span: flo
         assert len(set(tick_labels(values))) == len(values)
 
 
+def test_an_instant_outside_the_axis_is_not_drawn_at_its_edge() -> None:
+    curve = Line([20.0, 30.0], [0.0, 1.0], "angle")
+    inside, outside = (draw(Plot("t", "d", (curve, Instant(x, "onset")))) for x in (25.0, 10.0))
+    assert "onset" in inside
+    assert "onset" not in outside
+
+
 def test_texts_are_escaped_everywhere() -> None:
     evil = "<b>&\"'"
     drawings = [

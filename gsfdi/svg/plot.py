@@ -199,8 +199,10 @@ def drawn_note(mark: Span | Level | Instant, across: Axis, tall: Axis) -> Iterat
             yield text(WIDTH - RIGHT - 4, y - 4 if y > TOP + 14 else y + 13, mark.label, "e note")
         return
     ends = [mark.x] if isinstance(mark, Instant) else [mark.start, mark.end]
-    places = np.clip(across.place(ends), LEFT, WIDTH - RIGHT)
-    if not np.isfinite(places).all():
+    meant = across.place(ends)
+    places = np.clip(meant, LEFT, WIDTH - RIGHT)
+    outside = isinstance(mark, Instant) and abs(places[0] - meant[0]) > 1
+    if outside or not np.isfinite(places).all():
         return
     if isinstance(mark, Span):
         width = places[1] - places[0]
