@@ -48,7 +48,7 @@ class Source:
     topic, field, names : str or None
         For messages: the topic, the field (``[]`` runs along the joints) and the field that names the joints.
     columns : mapping of str to (str or int)
-        For tables: joint -> column, by name or by number from 0.
+        For tables: joint -> column, by name or by number from 0. With a topic: joint -> field, ``position[3]`` say.
     rename : mapping of str to str
         The log's name of a joint -> the name wanted.
     """
@@ -109,7 +109,7 @@ class Mapping:
     @property
     def tabular(self) -> bool:
         """Whether the mapping speaks of columns."""
-        return any(source.columns for source in self.sources.values()) or self.joint is not None
+        return any(source.columns and not source.topic for source in self.sources.values()) or self.joint is not None
 
 
 def load_mapping(path: str | Path) -> Mapping:
@@ -189,7 +189,9 @@ def _source(table: Map[str, Any], column: str, axis: Axis, path: str) -> Source:
     if "column" in table:  # a long table: one column for all joints, told apart by the column `joint`
         columns = {"": table["column"]}
     if not columns and not ("topic" in table and "field" in table):
-        raise UnusableInputError(path, f"[{column}] says neither topic and field nor columns", "give one of them")
+        raise UnusableInputError(
+            path, f"[{column}] says neither topic and field nor columns", "give topic and field, or columns"
+        )
     if not isinstance(columns, dict) or not all(isinstance(value, (str, int)) for value in columns.values()):
         raise UnusableInputError(
             path, f"[{column}] columns is {columns!r}", "write columns = { J1 = 'name' } or a number"

@@ -253,6 +253,42 @@ def test_dynamic_states_name_their_interfaces(tmp_path: Path) -> None:
     np.testing.assert_array_equal(batch.records[1].channels["position"], 1.0 + np.arange(60))
 
 
+def test_arrays_longer_than_the_names_are_counted(tmp_path: Path) -> None:
+    position, velocity, _ = motion(100, 3)
+    messages = []
+    for i in range(100):
+        names = NAMES[:2] if i == 30 else NAMES
+        messages.append((T0 + i * STEP, joint_state(T0 + i * STEP, names, position[i], velocity[i, : len(names)])))
+    batch = ingest.read([write(tmp_path / "a.mcap", messages)])
+    assert np.isnan(batch.records[0]["position"][30])
+    assert np.isfinite(batch.records[0]["joint_velocity"][30])
+    assert any("1 ragged" in problem.what for problem in batch.problems)
+
+
+def test_a_mapping_may_name_single_fields(tmp_path: Path) -> None:
+    position, _, _ = motion(100, 3)
+    messages = [(T0 + i * STEP, joint_state(T0 + i * STEP, NAMES, position[i])) for i in range(100)]
+    path = write(tmp_path / "a.mcap", messages, "/drive/states")
+    by_joint = {"topic": "/drive/states", "columns": {"J1": "position[0]", "J3": "position[2]"}}
+    alone = {"topic": "/drive/states", "field": "position[1]"}
+    for table, expected in ((by_joint, {"J1": 0, "J3": 2}), (alone, {"states": 1})):
+        records = ingest.read([path], [parse({"schema": "gsfdi/mapping/1", "position_rad": table})]).records
+        assert {record.joint for record in records} == set(expected)
+        for record in records:
+            np.testing.assert_array_equal(record["position"], position[:, expected[record.joint]])
+
+
+@pytest.mark.parametrize("zone", ["", "Z", "+02:00"])
+def test_tables_may_give_dates(tmp_path: Path, zone: str) -> None:
+    rows = [f"2023-11-14 22:13:{20 + 0.01 * i:012.9f}{zone};{i},5;x" for i in range(200)]
+    (tmp_path / "a.csv").write_text("when;q;note\n" + "\n".join(rows) + "\n")
+    table = {"columns": {"J1": "q"}, "unit": "deg"}
+    mapping = parse({"schema": "gsfdi/mapping/1", "time": "when", "position_rad": table})
+    (record,) = ingest.read([tmp_path / "a.csv"], [mapping]).records
+    assert record.t0_ns == T0 - (7_200 * 10**9 if zone.startswith("+") else 0)
+    np.testing.assert_allclose(record["position"], np.radians(np.arange(200) + 0.5))
+
+
 def test_any_protobuf_is_read_through_a_mapping(tmp_path: Path) -> None:
     path = recordings.protobuf_recording(tmp_path / "a.mcap", 100)
     table = {"topic": "/arm/joints", "names": "joints[].name"}

@@ -55,6 +55,7 @@ def sniff(head: bytes) -> bool:
     if not rows:
         return False
     delimiter, width = _layout(rows)
+    rows = [row.replace(",", ".") for row in rows] if delimiter == ";" else rows  # 1,5 is a number there
     cells = [row.split(delimiter) for row in rows if row.count(delimiter) == width - 1]
     return width >= 2 and any(_is_number(cell) and cell.strip() for row in cells[-3:] for cell in row)
 
@@ -74,7 +75,7 @@ def read(path: Path, mappings: Sequence[Mapping]) -> Iterator[Item]:
         try:
             for block in _blocks(raw, shape, chosen, left_out):
                 for plan in chosen:
-                    for columns in columns_of(_timed(block, plan), plan, str(path)):
+                    for columns in columns_of(_timed(block, plan, shape.delimiter == ";", left_out), plan, str(path)):
                         yield _trusted(columns, left_out)
         except (pa.ArrowException, ValueError) as error:
             yield Problem(str(path), f"is damaged: {error}; what was read before stands", "fetch the file again")
@@ -132,7 +133,7 @@ class _LeftOut:
 def _blocks(raw: io.BufferedReader, shape: Shape, chosen: list[Plan], left_out: _LeftOut) -> Iterator[pa.RecordBatch]:
     """Blocks of the wanted columns, numbers as float64."""
     wanted = list(dict.fromkeys(column for plan in chosen for column in plan.columns))
-    texts = {plan.joint for plan in chosen} | {plan.time for plan in chosen if plan.tick_ns is None}
+    texts = {plan.joint for plan in chosen} | {plan.time for plan in chosen}
     stream = pv.open_csv(
         pa.PythonFile(_UpTo(raw, shape.end), mode="r"),
         read_options=pv.ReadOptions(
@@ -165,20 +166,20 @@ def _to_numbers(column: pa.Array, comma: bool, left_out: _LeftOut) -> pa.Array:
         return pc.utf8_trim_whitespace(pc.if_else(good, column, None)).cast(pa.float64())
 
 
-def _timed(block: pa.RecordBatch, plan: Plan) -> pa.RecordBatch:
-    """Read canonical stamps, which are text, as times."""
-    if plan.tick_ns is not None:
-        return block
+def _timed(block: pa.RecordBatch, plan: Plan, comma: bool, left_out: _LeftOut) -> pa.RecordBatch:
+    """Read stamps, which are text: dates, else whole nanoseconds in canonical telemetry and ticks by a mapping."""
     at = block.schema.get_field_index(plan.time)
-    column = block.column(at)
-    whole = pc.match_substring_regex(column, r"^\d{17,19}$")
+    column = pc.utf8_trim_whitespace(block.column(at))
     dated = pc.match_substring_regex(column, r"^\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?(Z|[-+]\d\d:?\d\d)?$")
-    if pc.sum(whole).as_py() or 0:
-        stamps = pc.if_else(whole, column, None).cast(pa.int64())
-        return block.set_column(at, plan.time, stamps)
-    text = pc.replace_substring_regex(pc.if_else(dated, column, None), r"(Z|[-+]00:?00)$", "")
-    zoned = pc.match_substring_regex(text, r"[-+]\d\d:?\d\d$")
-    return block.set_column(at, plan.time, pc.if_else(zoned, None, text).cast(pa.timestamp("ns")))
+    if pc.any(dated).as_py():
+        text = pc.if_else(dated, column, None)
+        zoned = pc.match_substring_regex(text, r"(Z|[-+]\d\d:?\d\d)$")
+        text = pc.if_else(zoned, text, pc.binary_join_element_wise(text, "Z", ""))
+        return block.set_column(at, plan.time, text.cast(pa.timestamp("ns", tz="UTC")))
+    if plan.tick_ns is None:
+        whole = pc.match_substring_regex(column, r"^\d{17,19}$")
+        return block.set_column(at, plan.time, pc.if_else(whole, column, None).cast(pa.int64()))
+    return block.set_column(at, plan.time, _to_numbers(column, comma, left_out))
 
 
 def _trusted(columns: Columns, left_out: _LeftOut) -> Columns:

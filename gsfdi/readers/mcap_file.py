@@ -130,8 +130,12 @@ def describe(path: Path, mappings: Sequence[Mapping]) -> dict[str, object]:
         "topics": topics,
         "log_time_ns": span,
         "problems": list(problems),
-        "joint_telemetry": any(topic["read_as"] for topic in topics),
+        "joint_telemetry": _told(any(topic["read_as"] for topic in topics)),
     }
+
+
+def _told(found: bool) -> str:
+    return "yes" if found else "none: no topic is of a shape that gsfdi knows, or that a mapping names"
 
 
 def message_counts(path: Path) -> Counter[str]:

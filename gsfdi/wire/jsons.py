@@ -140,6 +140,7 @@ class Topic:
             return rows
         out.state[own] = READ if picks else SILENT
         out.name(skeleton.choice.joints, own)
+        self.backlog["ragged"] += len(own) if skeleton.choice.ragged else 0
         if picks:
             out.time_ns[own] = times
         column = iter(table)

@@ -196,6 +196,7 @@ class Topic:
             if layout.choice.picks:
                 out.time_ns[own] = _times(layout.choice.clock, layout, messages, own)
             out.name(layout.choice.joints, own)
+            self.backlog["ragged"] += len(own) if layout.choice.ragged else 0
             for pick, read in _read(layout, messages.data, messages.starts[own]):
                 out.fill(pick, own, read)
         others: Ints = rows[~same]

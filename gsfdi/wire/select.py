@@ -1,7 +1,7 @@
 """Which leaves of a message are joint telemetry: by a mapping, or because the message is of a well-known shape."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Sized
 from typing import NamedTuple
 
 from gsfdi.channels import CHANNEL_OF_COLUMN, Axis
@@ -68,12 +68,16 @@ class Clock(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """What is read from messages of one layout; `names` are the leaves that name joints."""
+    """What is read from messages of one layout.
+
+    `names` are the leaves that name joints; `ragged` says that some array is longer or shorter than the names.
+    """
 
     clock: Clock
     picks: tuple[Pick, ...]
     names: frozenset[str]
     joints: tuple[tuple[str, str], ...]
+    ragged: bool
 
 
 def choose(leaves: Sequence[Leaf], topic: str, robot: str, mappings: Sequence[LogMapping]) -> Choice:
@@ -98,44 +102,71 @@ def choose(leaves: Sequence[Leaf], topic: str, robot: str, mappings: Sequence[Lo
         clock = Clock(ticks="timestamp")
     picks: list[Pick] = []
     names: set[str] = set()
+    ragged: list[str] = []
     for mapping in mappings:
         for channel, source in mapping.sources.items():
-            if source.topic == topic and source.field:
-                picks += _mapped(found, channel, source, mapping, topic, names)
+            if source.topic == topic:
+                picks += _mapped(found, channel, source, mapping, topic, names, ragged)
     if not mappings:
-        picks += [*_well_known(found, robot, names), *_dynamic(found, robot, names), *_canonical(found, robot, names)]
+        picks += [
+            *_well_known(found, robot, names, ragged),
+            *_dynamic(found, robot, names),
+            *_canonical(found, robot, names),
+        ]
     joints = tuple(dict.fromkeys((pick.key.robot, pick.key.joint) for pick in picks))
-    return Choice(clock, tuple(_once(picks)), frozenset(names), joints)
+    return Choice(clock, tuple(_once(picks)), frozenset(names), joints, bool(ragged))
 
 
 _Found = Mapping[str, list[tuple[tuple[int, ...], Leaf]]]
 
 
 def _mapped(
-    found: _Found, channel: str, source: Source, mapping: LogMapping, topic: str, names: set[str]
+    found: _Found, channel: str, source: Source, mapping: LogMapping, topic: str, names: set[str], ragged: list[str]
 ) -> Iterable[Pick]:
-    values = found.get(str(source.field), [])
+    def pick(label: str, leaf: Leaf) -> Pick:
+        key = Key(mapping.robot, source.rename.get(label, label), channel, mapping.axis)
+        return Pick(key, leaf.path, source.factor, source.offset)
+
+    for joint, field in source.columns.items():
+        yield from (pick(joint, leaf) for leaf in _at(found, str(field)))
+    if source.field and "[]" not in source.field:
+        alone = next(
+            (leaf.text for leaf in _at(found, source.names or "") if leaf.text), topic.strip("/").split("/")[-1]
+        )
+        names.update(leaf.path for leaf in _at(found, source.names or ""))
+        yield from (pick(alone or topic, leaf) for leaf in _at(found, source.field) if leaf.kind != "text")
+        return
+    values = found.get(source.field or "", [])
     if source.names is None:
-        alone = topic.strip("/").split("/")[-1] or topic
-        labels = {indices: alone if not indices else ".".join(map(str, indices)) for indices, _ in values}
+        labels = {indices: ".".join(map(str, indices)) for indices, _ in values}
     else:
         labels = _labels(found, source.names, names)
-        if len(labels) != len(values) and values and "[]" in str(source.field):
-            return  # arrays of different lengths: which value is whose cannot be known
-    for indices, leaf in values:
-        if indices in labels and leaf.kind != "text":
-            joint = source.rename.get(labels[indices], labels[indices])
-            yield Pick(Key(mapping.robot, joint, channel, mapping.axis), leaf.path, source.factor, source.offset)
+    if _pairs(values, labels, ragged):
+        yield from (
+            pick(labels[indices], leaf) for indices, leaf in values if indices in labels and leaf.kind != "text"
+        )
 
 
-def _well_known(found: _Found, robot: str, names: set[str]) -> Iterable[Pick]:
+def _at(found: _Found, path: str) -> list[Leaf]:
+    """The leaf of exactly this path, ``position[3]`` say."""
+    return [leaf for _, leaf in found.get(pattern(path)[0], []) if leaf.path == path]
+
+
+def _pairs(values: list[tuple[tuple[int, ...], Leaf]], labels: Sized, ragged: list[str]) -> bool:
+    """Whether there is a value for every name; of arrays of different lengths, which value is whose is not known."""
+    if values and len(values) != len(labels):
+        ragged.append(values[0][1].path)
+    return len(values) == len(labels)
+
+
+def _well_known(found: _Found, robot: str, names: set[str], ragged: list[str]) -> Iterable[Pick]:
     for name_field, fields, rank in _SHAPES:
         if name_field not in found or not any(field in found for field in fields):
             continue
         labels = _labels(found, name_field, names)
         for field, channel in fields.items():
             values = found.get(field, [])
-            if len(values) == len(labels):
+            if _pairs(values, labels, ragged):
                 for indices, leaf in values:
                     if indices in labels and leaf.kind != "text":
                         yield Pick(Key(robot, labels[indices], channel, "rotary", rank), leaf.path)
@@ -157,10 +188,12 @@ def _canonical(found: _Found, robot: str, names: set[str]) -> Iterable[Pick]:
     if not _is_canonical(found):
         return
     columns = [name for name in CHANNEL_OF_COLUMN if name in found]
-    joint = _labels(found, "joint", names)[()]
+    joint = _labels(found, "joint", names).get((), "")
+    if not joint:
+        return
     usual: Axis = "linear" if any(CHANNEL_OF_COLUMN[name][1] == "linear" for name in columns) else "rotary"
     if "robot" in found:
-        robot = _labels(found, "robot", names)[()] or robot
+        robot = _labels(found, "robot", names).get((), "") or robot
     for column in columns:
         channel, axis = CHANNEL_OF_COLUMN[column]
         if found[column][0][1].kind != "text":
