@@ -62,3 +62,8 @@ def test_schemas_that_make_no_sense_are_refused() -> None:
     for name, data in ((NAME, b"\xff\xff\xff"), ("arm.Nothing", SCHEMA)):
         with pytest.raises(UndecodableError):
             proto.schema_types(name, data)
+
+
+def test_damaged_names_in_a_schema_are_text_all_the_same() -> None:
+    damaged = SCHEMA.replace(b"position", b"posit\xffon")
+    assert any(field.name.startswith("posit") for field in proto.schema_types(NAME, damaged)[".arm.Joint"].values())

@@ -77,7 +77,7 @@ def schema_types(name: str, data: bytes) -> Types:
     types: dict[str, dict[int, Field]] = {}
     for file in files.file:
         for message in file.message_type:
-            _collect(types, f".{file.package}" if file.package else "", message, file.syntax == "proto3", 0)
+            _collect(types, f".{_text(file.package)}" if file.package else "", message, file.syntax == "proto3", 0)
     if f".{name}" not in types:
         raise UndecodableError(f"its schema does not define {name}")
     types[""] = types[f".{name}"]
@@ -87,7 +87,7 @@ def schema_types(name: str, data: bytes) -> Types:
 def _collect(
     types: dict[str, dict[int, Field]], prefix: str, message: descriptor_pb2.DescriptorProto, proto3: bool, depth: int
 ) -> None:
-    full = f"{prefix}.{message.name}"
+    full = f"{prefix}.{_text(message.name)}"
     types[full] = {field.number: _field(field, proto3) for field in message.field}
     if depth < MOST_DEPTH:
         for nested in message.nested_type:
@@ -99,10 +99,15 @@ def _field(field: descriptor_pb2.FieldDescriptorProto, proto3: bool) -> Field:
     implicit = proto3 and not repeated and not field.proto3_optional and not field.HasField("oneof_index")
     if field.type in _KINDS:
         kind, wire = _KINDS[field.type]
-        return Field(field.name, kind, wire, repeated, implicit)
+        return Field(_text(field.name), kind, wire, repeated, implicit)
     if field.type == _Proto.TYPE_MESSAGE:
-        return Field(field.name, None, 2, repeated, False, field.type_name)
-    return Field(field.name, "text" if field.type == _Proto.TYPE_STRING else None, 2, repeated, implicit)
+        return Field(_text(field.name), None, 2, repeated, False, _text(field.type_name))
+    return Field(_text(field.name), "text" if field.type == _Proto.TYPE_STRING else None, 2, repeated, implicit)
+
+
+def _text(name: str | bytes) -> str:
+    """A name of a damaged descriptor is bytes where it is no UTF-8."""
+    return name.decode("utf-8", "replace") if isinstance(name, bytes) else name
 
 
 def decoder(types: Types) -> Callable[[bytes], Anatomy]:
