@@ -58,7 +58,7 @@ SHOWN_EFFORT, INNOVATION, SHOWN_WIDTH = 2, 3, 5
 X, MIDDLE, FREE, TORQUES, SEEN, SENSED, LATE, MEMORY, FITTED, VECTORS = range(10)
 
 _TAYLOR = 14
-_PHASE_STEP = 0.35  # [rad] of a term's wave per substep: the mean of a sine over it is 0.5 % off at most
+_PHASE_STEP = 0.7  # [rad] of a term's wave per substep; the laws give its mean over the step
 _MOST_SUBSTEPS = 400
 
 
