@@ -114,6 +114,8 @@ def longest_step(model: JointModel, row: Sequence[float]) -> float:
     linear = LINEAR_PHASE / max(math.sqrt(square), damping / output, 1e-6)
     for use in model.physics:
         term = term_of(use)
+        if term.wave:
+            phase = min(phase, LAW_PHASE)
         if term.place not in ("torque", "dry", "windup", "spring"):
             continue
         values = values_of(use)
