@@ -1,7 +1,5 @@
 """What a published name means: ``motor_current_a`` is the motor current in amperes."""
 
-from gsfdi.channels import CHANNEL_OF_COLUMN, CHANNELS
-
 SUFFIXES = {
     "nms2_rad2": "N m s²/rad²",
     "nms_rad": "N m s/rad",
@@ -36,12 +34,9 @@ def quantity(name: str) -> tuple[str, str]:
 
     Examples
     --------
-    >>> quantity("motor_current_a"), quantity("half_width_rad"), quantity("ratio"), quantity("coefficient_ns_m")
-    (('motor current', 'A'), ('half width', 'rad'), ('ratio', ''), ('coefficient', 'N s/m'))
+    >>> quantity("drive_force_n"), quantity("half_width_rad"), quantity("ratio"), quantity("coefficient_ns_m")
+    (('drive force', 'N'), ('half width', 'rad'), ('ratio', ''), ('coefficient', 'N s/m'))
     """
-    channel, axis = CHANNEL_OF_COLUMN.get(name, (None, None))
-    if channel is not None:
-        return CHANNELS[channel].name.replace("_", " "), CHANNELS[channel].unit(axis or "rotary")
     for suffix, unit in SUFFIXES.items():
         if name.endswith("_" + suffix):
             return name.removesuffix("_" + suffix).replace("_", " "), unit

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from gsfdi.reports.page import Figure, finished, likely, percent, plotted, render, words
+from gsfdi.reports.page import Figure, finished, likely, number, percent, plotted, render, words
 from gsfdi.reports.quantities import quantity
 from gsfdi.svg import Bar, Line, Plot, Tone, draw_bars, draw_map
 from gsfdi.svg.scale import prefixed
@@ -162,13 +162,13 @@ def edges(values: Any, unit: str) -> tuple[tuple[float, float], str]:
 
 def ranking(joint: str, evidence: Fields) -> Iterator[Figure]:
     """Draw how the hypotheses compare."""
-    rows = list(evidence.get("ranking", ()))[:8]
+    rows = list(evidence.get("ranking", ()))[:10]
     key = "probability" if rows and rows[0].get("probability") is not None else "score"
     bars = [
         Bar(
             named(row),
             float(row.get(key) or 0.0),
-            tone="quiet" if i else "after",
+            tone="after" if i == 0 or float(row.get("probability") or 0.0) > 0.5 else "quiet",
             note=likely(row.get(key)) if key == "probability" else "",
         )
         for i, row in enumerate(rows)
@@ -187,7 +187,7 @@ def places(joint: Fields) -> Iterator[Figure]:
     for place in where:
         name, unit = quantity(place["covariate"])
         low, high = place.get("low"), place.get("high")
-        span = "" if low is None or high is None else f" {low:.3g} to {high:.3g} {unit}"
+        span = "" if low is None or high is None else f" {number(low)} to {number(high)} {unit}"
         bars.append(Bar(name + span, float(place.get("share_of_misfit") or 0.0), tone="before"))
     if bars:
         spoken = "; ".join(f"{bar.label}: {percent(bar.value)}" for bar in bars)
