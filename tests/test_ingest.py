@@ -353,3 +353,18 @@ def test_real_recordings_without_joints_say_so() -> None:
     assert not batch.records
     assert sum("no joint telemetry" in problem.what for problem in batch.problems) == 4
     assert any("integrity unverified" in problem.what for problem in batch.problems)
+
+
+def test_a_mapping_holds_from_the_first_message_on(tmp_path: Path) -> None:
+    """A topic that the mapping passes over is not read just because it comes before those that are mapped."""
+    position, _, _ = motion(100, 3)
+    kind = ("cdr", "sensor_msgs/msg/JointState", "ros2msg", JOINT_STATE.encode())
+    messages = [(T0 + i * STEP, joint_state(T0 + i * STEP, NAMES, position[i])) for i in range(100)]
+    path = recordings.write_mcap(
+        tmp_path / "a.mcap",
+        [("/other/joint_states", *kind, messages[:50]), ("/mine", *kind, messages[50:])],
+        chunk_size=1,
+    )
+    table = {"topic": "/mine", "field": "position[]", "names": "name[]"}
+    batch = ingest.read([path], [parse({"schema": "gsfdi/mapping/1", "robot": "me", "position_rad": table})])
+    assert {(record.robot, len(record.t)) for record in batch.records} == {("me", 50)}

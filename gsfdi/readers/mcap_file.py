@@ -15,7 +15,7 @@ from gsfdi.wire import Item, Stamps, cdr, jsons, layout, proto
 from gsfdi.wire.kernels import Bytes, Ints, fields
 from gsfdi.wire.leaves import UndecodableError
 from gsfdi.wire.records import Block, Note, hops, walk
-from gsfdi.wire.tail import MAGIC, Cursor, read_tail
+from gsfdi.wire.tail import MAGIC, Cursor, Tail, read_tail
 
 MOST_TOPICS = 4_096
 _STATE_TOPICS = ("joint_states", "joint_state", "dynamic_joint_states")
@@ -41,13 +41,15 @@ class Channel:
 
 @dataclass(slots=True)
 class Contents:
-    """What a file was found to hold so far."""
+    """What a file was found to hold so far, and the topics that its index states beforehand."""
 
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
     counts: Counter[int] = field(default_factory=Counter)
     conflicts: list[str] = field(default_factory=list)
     robot: str = ""
+    tail: Tail = field(default_factory=Tail)
+    stated: frozenset[str] = frozenset()
     bare: int = 0
     blocks: int = 0
     unverified: int = 0
@@ -66,7 +68,7 @@ def read(path: Path, mappings: Sequence[Mapping]) -> Iterator[Item]:
     path : Path
     mappings : sequence of Mapping
     """
-    contents = Contents()
+    contents = _opened(path)
     readers: dict[int, layout.Topic | jsons.Topic | None] = {}
     problems: dict[str, Problem] = {}
     for item in walk(path):
@@ -94,7 +96,7 @@ def describe(path: Path, mappings: Sequence[Mapping]) -> dict[str, object]:
     path : Path
     mappings : sequence of Mapping
     """
-    contents = Contents()
+    contents = _opened(path)
     readers: dict[int, layout.Topic | jsons.Topic | None] = {}
     found: dict[int, set[tuple[str, str, str]]] = {}
     problems: dict[str, None] = {}
@@ -156,6 +158,15 @@ def message_counts(path: Path) -> Counter[str]:
     return counts
 
 
+def _opened(path: Path) -> Contents:
+    with path.open("rb") as file:
+        tail = read_tail(file, path.stat().st_size)
+    index = Contents()
+    for opcode, body in tail.definitions:
+        _note(opcode, body, index)
+    return Contents(tail=tail, stated=frozenset(channel.topic for channel in index.channels.values()))
+
+
 def _messages(block: Block, contents: Contents) -> Iterator[tuple[int, layout.Messages]]:
     """Messages of a block by channel; schemas and channels are noted as they come."""
     contents.blocks += 1
@@ -212,7 +223,8 @@ def _topic(contents: Contents, number: int, mappings: Sequence[Mapping]) -> layo
     """The reader of a channel's messages; None if they are not read."""
     channel = contents.channels[number]
     own = [mapping for mapping in mappings if channel.topic in mapping.topics()]
-    if not own and any(mapping.topics() & {c.topic for c in contents.channels.values()} for mapping in mappings):
+    known = contents.stated | {each.topic for each in contents.channels.values()}
+    if not own and any(mapping.topics() & known for mapping in mappings):
         return None  # a mapping that fits the file says all that is wanted of it
     robot = contents.robot or robot_of(channel.topic)
     schema = channel.schema
@@ -263,8 +275,7 @@ def _integrity(contents: Contents) -> str:
 
 
 def _remarks(path: Path, contents: Contents, mappings: Sequence[Mapping], whole: bool) -> Iterator[Problem]:
-    with path.open("rb") as file:
-        tail = read_tail(file, path.stat().st_size)
+    tail = contents.tail
     for opcode, body in tail.definitions:
         _note(opcode, body, contents)
     if whole and tail.messages not in (None, contents.counts.total()):
