@@ -91,6 +91,7 @@ RARE: Mapping[str, float] = {
     "motor_inertia_change": 0.05, "magnetic_saturation": 0.1, "end_stop": 0.2,
     "quadratic_friction": 0.2, "stiffening": 0.2, "gearbox_damping": 0.1, "current_bias": 0.5, "gravity_unbalance": 0.5,
     "actuation_delay": 0.3, "position_dependent_friction": 0.5, "asymmetric_friction": 0.5, "cable_harness": 0.5,
+    "torque_ripple": 0.5, "cogging": 0.5,
 }  # fmt: skip
 """How much less often than the others a fault is met, where experience says so."""
 TWINS: Mapping[str, tuple[str, ...]] = {
