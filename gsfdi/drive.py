@@ -1,7 +1,7 @@
 """What drives a replay: the recorded command and measurements, and the clock that they make."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -47,10 +47,6 @@ class Drive:
     def t(self) -> Array:
         """Time of the samples (n,) [s]."""
         return self.signals.t
-
-    def starting_at(self, start: Start) -> "Drive":
-        """Give the same drive from another start."""
-        return replace(self, start=start)
 
 
 def drive_of(record: JointRecord, model: JointModel) -> Drive:
