@@ -6,7 +6,7 @@ The interface others build on::
     trace = replay(model, drive)                  # closed loop on the recorded setpoint
     trace = replay(model, drive, "open_loop")     # on the recorded effort
     trace = replay(model, drive, "predict", gain=K)             # observer; trace.innovation is (n, 2)
-    trace = replay(model, drive, "open_loop", restarts=[0, 500, 1000], states=x)   # multiple shooting, x (3, 5)
+    trace = replay(model, drive, "open_loop", restarts=[0, 500, 1000])   # multiple shooting; states= sets its states
     traces = replay_many(models, drive, ...)      # the same for many models in one compiled loop
     record = simulate_record(model, faults=[fault_of("cogging=2@30", "rotary")], seed=1)   # with sensor noise and bus
 
@@ -30,7 +30,7 @@ from gsfdi.errors import UnusableInputError
 from gsfdi.fault import fault_of
 from gsfdi.model import JointModel, TermUse
 from gsfdi.packed import pack, stack
-from gsfdi.starting import Signals, Start, initial_state, resistance
+from gsfdi.starting import Signals, Start, initial_state, recorded_states, resistance
 from gsfdi.telemetry import measured_effort, noisy, over_bus
 from gsfdi.training import training
 from gsfdi.types import Array, JointRecord
@@ -132,7 +132,8 @@ def replay_many(
     x0 : (models, 5) array, optional
         Initial states in place of those from the recording's first samples.
     restarts : sequence of int
-        Samples at which the state is set anew, to the rows of `states` (models, restarts, 5).
+        Samples at which the state is set anew, to the rows of `states` (models, restarts, 5); without these, to what
+        the recording shows from there (multiple shooting).
     finer : int
         Divides every substep.
     """
@@ -142,7 +143,7 @@ def replay_many(
     clock, again = drive.clock, np.zeros((len(models), 0, 5))
     if len(restarts):
         if states is None:
-            raise ValueError("restarts need states (models, restarts, 5)")
+            states = np.array([recorded_states(model, drive.signals, restarts) for model in models])
         again = np.array(np.broadcast_to(states, (len(models), len(restarts), 5)), order="C")
         clock = clock.restarting(restarts)
     gains = np.array(np.broadcast_to(np.zeros((4, 2)) if gain is None else gain, (len(models), 4, 2)), order="C")

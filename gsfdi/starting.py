@@ -138,6 +138,12 @@ def initial_state(model: JointModel, start: Start) -> Array:
     return np.array([start.angle - windup, start.motor_speed, windup, start.speed - start.motor_speed, start.integral])
 
 
+def recorded_states(model: JointModel, signals: Signals, samples: Sequence[int]) -> Array:
+    """States (samples, 5) of `model` at these samples of a recording, each from the moments that follow it."""
+    parts = (Signals(*(values[i : i + MOST] for values in signals)) for i in samples)
+    return np.array([initial_state(model, start_of(part, model)) for part in parts])
+
+
 def resistance(model: JointModel, start: Start) -> float:
     """Torque of the terms that resist the output at the start; those with memory have none yet."""
     m, s, total = np.zeros(QUANTITIES), np.zeros(STATES), 0.0

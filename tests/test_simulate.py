@@ -73,6 +73,15 @@ def test_open_loop_drives_the_recorded_current() -> None:
     assert np.max(np.abs(again["position"] - HEALTHY["position"])) < 5e-3
 
 
+def test_multiple_shooting_starts_from_recorded_states() -> None:
+    drive = drive_of(HEALTHY, ERA)
+    shots = replay(ERA, drive, "open_loop", restarts=range(0, 2800, 200))
+    apart = shots.position - HEALTHY["position"]
+    assert np.max(np.abs(apart)) < 1e-4
+    free = replay(ERA, drive, "open_loop").position - HEALTHY["position"]
+    assert np.std(apart) < 0.2 * np.std(free)
+
+
 def test_the_papers_drift_hides_behind_the_loop() -> None:
     faulty = simulate_record(ERA, replay=HEALTHY, seed=1, faults=[fault_of("torque_constant_drift=-0.01@7.5")])
     before = HEALTHY.t < 7.5
