@@ -1,7 +1,7 @@
 """Small SVG plots, written as text: they follow the reader's light or dark colours, and print.
 
-Why not matplotlib: a page of 35 curves of 6,000 samples took it 1.2 s beyond 0.5 to 1 s for its import and 113 kB a
-plot, on the machine where these take 0.2 s in all and 4 kB a plot; a whole analysis has 3 s.
+Why not matplotlib: 35 plots of 6,000 samples took it 1.2 s beyond 0.3 s for its import, and 113 kB each, where these
+take 0.04 s and 4 kB each (``benchmarks/drawing.py``); a whole analysis has 3 s.
 """
 
 from gsfdi.svg.charts import Bar, draw_bars, draw_map, draw_matrix
