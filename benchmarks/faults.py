@@ -171,7 +171,7 @@ def spoilt(record: JointRecord, number: int) -> tuple[str, Case]:
     stamps = record.t0_ns + np.round(record.t * 1e9).astype(np.int64)
     case = Case(rng, stamps, {name: values.copy() for name, values in record.channels.items()})
     names = [str(name) for name in rng.choice(list(SPOILERS), 1 + (number % 5 == 0), replace=False)]
-    for name in names:
+    for name in sorted(names, key=lambda each: SPOILERS[each] not in (short, gap)):  # rows go first, then are spoilt
         if len(case.stamps) > 2 and set(NEEDED) <= set(case.channels):
             SPOILERS[name](case)
     case.single &= len(names) == 1

@@ -337,7 +337,7 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     if len(calm["g"]) < len(numbers["g"]) and (lost or _told(found, numbers, learnt) < CLEAR):
         before = leans(calm, learnt, directions)
         better = lost or _told(before, calm, learnt) > _told(found, numbers, learnt)
-        if better and max(one.robust for one in before) > ENOUGH:
+        if better and max((one.robust for one in before), default=0.0) > ENOUGH:
             early, found = calm, before
     looks = len(found) * (4.0 + 6.0 * np.log(max(len(numbers["g"]), 2)))
     dof = float(max(learnt["blocks"][0] - 1.0, 3.0))
