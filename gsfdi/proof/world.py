@@ -12,7 +12,8 @@ import pyarrow.parquet as pq
 import tomli_w
 
 from gsfdi.channels import CHANNELS, Axis
-from gsfdi.proof.integrator import SLOT, SLOTS, WIDTH, integrate
+from gsfdi.proof.effects import SLOT, SLOTS, WIDTH
+from gsfdi.proof.integrator import LAW, PLANT, integrate
 from gsfdi.types import Array, Mask
 
 LEAD_IN = 5.0  # [s] of dwell before the first row, so that a recording does not begin with an empty integrator
@@ -202,10 +203,6 @@ def run(world: World, motion: Motion, seed: int, *, noisy: bool = True, limit_st
     if late is not None:
         traces = stamped_late(t, traces, noise, late)
     return traces[lead:]
-
-
-PLANT = ("motor_inertia", "gear_ratio", "output_inertia", "stiffness", "damping", "torque_constant")
-LAW = ("proportional", "integral", "derivative", "rate_feedforward", "limit")
 
 
 def stamped_late(t: Array, traces: Array, noise: Array, late: Effect) -> Array:
