@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import shutil
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,14 @@ import numpy as np
 import pytest
 
 from gsfdi import ingest as reading
+from gsfdi.canonical import write_parquet
 from gsfdi.errors import BaselineError, UnusableInputError
+from gsfdi.modelfile import load_models
 from gsfdi.pipeline import analyze as analyzing
 from gsfdi.pipeline import baseline as learning
 from gsfdi.pipeline.analyze import analyze, common, together
-from gsfdi.pipeline.baseline import baseline
+from gsfdi.pipeline.baseline import baseline, load
+from gsfdi.pipeline.cause import cause, healthy
 from gsfdi.pipeline.ingest import ingest
 from gsfdi.pipeline.simulate import simulate
 from gsfdi.workers import Crew
@@ -194,3 +198,51 @@ def test_a_batch_of_several_files_has_one_path_and_one_hash() -> None:
     assert common({"b.mcap": "1", "c.mcap": "2"}) == "."
     assert together({"b": "1"}) == "1"
     assert together({"b": "1", "c": "2"}) == together({"x": "2", "y": "1"})
+
+
+def later(path: Path, source: Path, days: int) -> Path:
+    """The same recording on another day."""
+    record = reading.read([source]).records[0]
+    write_parquet(path, [replace(record, t0_ns=record.t0_ns + days * 86_400_000_000_000, sha256=f"day {days}")])
+    return path
+
+
+def test_a_fault_that_grows_from_night_to_night_gets_a_due_date(store: Path, tmp_path: Path) -> None:
+    shutil.copytree(store, tmp_path / "store")
+    for day in range(6):
+        simulate(
+            ARM, out=tmp_path / "sim.parquet", joints=["SH1"], duration=20.0, seed=50 + day,
+            faults=[f"torque_constant_change={0.998 - 0.008 * day}"],
+        )  # fmt: skip
+        batch = later(tmp_path / f"day{day}.parquet", tmp_path / "sim.parquet", day)
+        due = analyze([str(batch)], store=tmp_path / "store", out=tmp_path).result["joints"][0]["due"]
+    when, (low, high) = datetime.fromisoformat(due["when"]), map(datetime.fromisoformat, due["interval90"])
+    assert low <= when <= high
+    # 10 % are gone 12.25 days after the first batch, on the 13th.
+    assert low <= datetime(2026, 1, 13) <= high
+    ledger = next((tmp_path / "store" / "ledger").rglob("SH1.jsonl"))
+    lines = len(ledger.read_text().splitlines())
+    analyze([str(tmp_path / "day5.parquet")], store=tmp_path / "store", out=tmp_path)
+    assert len(ledger.read_text().splitlines()) == lines
+
+
+def test_what_no_known_fault_explains_is_handed_to_reconcile(store: Path) -> None:
+    kept = load(store, "default")[0].joints["simulated/EL"]
+    records = reading.read([NIGHT / "EL.parquet"]).records
+    model = load_models(ARM).for_joint("EL")
+    assert (cause(records, kept, model) or {})["term"] == "stiffness_change"
+    rough = replace(kept, nominal=replace(kept.nominal, terms={
+        "coulomb_friction:motor": 2.0, "gravity_unbalance:s": 0.0, "gravity_unbalance:c": 3.0, "stribeck_friction": 1.0,
+    }))  # fmt: skip
+    uses = {use.term: use.values for use in healthy(records[0], rough, model).physics}
+    assert uses["coulomb_friction"] == {"torque_nm": 2.0}
+    assert uses["gravity_unbalance"]["torque_nm"] * np.sin(
+        0.3 - uses["gravity_unbalance"]["angle_rad"]
+    ) == pytest.approx(3.0 * np.cos(0.3))
+
+
+def test_joints_that_are_nowhere_are_named(store: Path, tmp_path: Path) -> None:
+    outcome = analyze([str(NIGHT)], store=store, out=tmp_path, joints=["EL", "SH3"])
+    assert [joint["joint"] for joint in outcome.result["joints"]] == ["EL"]
+    assert outcome.damaged
+    assert "--joint SH3: is in none of the files" in outcome.log(notes=False)[0]

@@ -10,7 +10,6 @@ import numpy as np
 from gsfdi.baseline import JointBaseline
 from gsfdi.errors import GsfdiError
 from gsfdi.model import JointModel, Side, TermUse
-from gsfdi.motion import linear_name
 from gsfdi.reconcile import reconcile
 from gsfdi.types import JointRecord
 
@@ -65,8 +64,6 @@ def healthy(record: JointRecord, baseline: JointBaseline, model: JointModel) -> 
         Its model file.
     """
     terms = [use for use in _uses(baseline.nominal.terms, _brisk(record)) if use.term not in _held(model)]
-    if model.axis == "linear":
-        terms = [replace(use, values={linear_name(name): value for name, value in use.values.items()}) for use in terms]
     return replace(model, plant=baseline.nominal.plant, physics=(*model.physics, *terms))
 
 

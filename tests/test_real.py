@@ -1,0 +1,69 @@
+"""The main job on recordings of real machines, where they are at hand: a verdict and a quality line each."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from gsfdi.cli import run
+from gsfdi.pipeline.analyze import analyze
+from gsfdi.pipeline.baseline import baseline
+from gsfdi.pipeline.ingest import ingest
+
+ROOT = Path(__file__).parent.parent
+REAL = Path(os.environ.get("GSFDI_REAL", ROOT / ".." / "shared" / "real"))
+CONFIGS = ROOT / "configs"
+pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason="the real recordings are not here")
+
+
+def test_a_leader_and_its_followers(tmp_path: Path) -> None:
+    arms = REAL / "jointstate_mcap"
+    mappings = [CONFIGS / "leader_follower.toml", CONFIGS / "leader_follower_right.toml"]
+    kept = ingest([str(arms)], store=tmp_path, mappings=mappings)
+    assert len(kept.result["joints"]) == 2 * 14
+    dead = [
+        row["masked"].get("joint_velocity", {}) for row in kept.result["joints"] if row["joint"] == "gripper_finger"
+    ]
+    assert all("dead" in counts for counts in dead)
+    joints = ["shoulder_lift", "elbow_flex", "gripper_finger"]
+    baseline([str(arms / "leader_follower_75s.mcap")], store=tmp_path, mappings=mappings, joints=joints)
+    later = str(arms / "leader_follower_38s.mcap")
+    found = analyze([later], store=tmp_path, out=tmp_path, mappings=mappings, joints=joints).result["joints"]
+    assert {(joint["robot"], joint["joint"]) for joint in found} == {
+        (arm, joint) for arm in ("arm_left", "arm_right") for joint in joints
+    }
+    assert {joint["verdict"] for joint in found} <= {"normal", "not_assessed", "warning"}
+
+
+def test_a_linear_drive(tmp_path: Path) -> None:
+    model = CONFIGS / "emps_joint.toml"
+    baseline([str(REAL / "emps" / "emps.parquet")], store=tmp_path, model=model)
+    outcome = analyze([str(REAL / "emps" / "emps_pulses.parquet")], store=tmp_path, out=tmp_path, model=model)
+    assert [joint["joint"] for joint in outcome.result["joints"]] == ["EMPS"]
+    assert outcome.result["joints"][0]["says"]
+
+
+def test_corrupt_rows_of_an_industrial_arm_are_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    corrupt = REAL / "ur10e" / "identification_data__ur-19_09_27-11_32_02.csv"
+    call = ["--mapping", str(CONFIGS / "ur10e.toml"), "--store", str(tmp_path), "--joint", "J1", "--joint", "J2"]
+    good = str(REAL / "ur10e" / "identification_data__ur-20_02_10-20sec_7harm.csv")
+    assert run(["baseline", good, *call, "--jobs", "1", "--quiet"]) == 0
+    capfd.readouterr()
+    assert run(["analyze", str(corrupt), *call, "--out", str(tmp_path), "--json"]) == 3
+    out, err = capfd.readouterr()
+    assert corrupt.name in err
+    assert "corrupt" in err
+    found = json.loads(out)
+    assert [joint["joint"] for joint in found["joints"]] == ["J1", "J2"]
+    assert found["problems"]
+
+
+def test_files_without_joints_are_told_so(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    talker = REAL / "rosbag2-mcap" / "rosbag2_py_test_resources_mcap_talker_talker.mcap"
+    assert run(["ingest", str(talker), "--store", str(tmp_path)]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "holds no joint telemetry" in err
+    assert run(["ingest", str(talker), "--dry-run"]) == 0
+    assert "/topic" in capfd.readouterr().out
