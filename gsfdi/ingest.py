@@ -20,6 +20,8 @@ __all__ = ["describe", "gather", "load_mapping", "read", "stream", "summary"]
 
 PIECE = 4_000_000
 """Values held before `stream` hands a piece on."""
+MOST_HELD = 200_000_000
+"""Values of one file that `read` holds at most: four days of one joint's five channels at 100 Hz."""
 HEAD = 1 << 16
 STRAY = 3
 """A joint with no more samples than this, where others have a hundred times as many, is a damaged name."""
@@ -185,7 +187,10 @@ def _file(path: Path, mappings: Sequence[Mapping], joints: Sequence[str], piece:
                 problems.append(item)
                 continue
             held.add(item)
-            if piece is not None and held.size >= piece:
+            if held.size >= (piece or MOST_HELD):
+                if piece is None:
+                    what = f"is too long to be held at once: more than {MOST_HELD:,} values"
+                    raise UnusableInputError(path, what, "cut it, or ingest and analyze it, which go piece by piece")
                 yield Batch(held.records())
         last = held.records()
         yield Batch(last, (*problems, *held.problems()))

@@ -2,6 +2,8 @@ import os
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 import recordings
 from hypothesis import given, settings
@@ -368,3 +370,23 @@ def test_a_mapping_holds_from_the_first_message_on(tmp_path: Path) -> None:
     table = {"topic": "/mine", "field": "position[]", "names": "name[]"}
     batch = ingest.read([path], [parse({"schema": "gsfdi/mapping/1", "robot": "me", "position_rad": table})])
     assert {(record.robot, len(record.t)) for record in batch.records} == {("me", 50)}
+
+
+def test_a_table_that_promises_too_much_is_refused(tmp_path: Path) -> None:
+    """A hundred million rows of one value take no room in Parquet."""
+    rows = 2_000_000
+    group = pa.table({"timestamp": pa.array(np.zeros(rows, np.int64)).cast(pa.timestamp("ns")), "joint": ["J"] * rows})
+    group = group.append_column("position_rad", pa.array(np.zeros(rows)))
+    with pq.ParquetWriter(tmp_path / "a.parquet", group.schema) as writer:
+        for _ in range(15):
+            writer.write_table(group)
+    (problem,) = ingest.read([tmp_path / "a.parquet"]).problems
+    assert "more than its size can honestly hold" in problem.what
+
+
+def test_a_file_too_long_to_hold_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = recordings.joint_states(tmp_path / "a.mcap", 100)
+    monkeypatch.setattr(ingest, "MOST_HELD", 50)
+    (problem,) = ingest.read([path]).problems
+    assert "too long" in problem.what
+    assert len(list(ingest.stream([path]))[-1].records) == 3

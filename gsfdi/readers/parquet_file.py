@@ -7,6 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from gsfdi.canonical import filled, open_verified
+from gsfdi.errors import UnusableInputError
 from gsfdi.mapping import Mapping
 from gsfdi.readers import Reader
 from gsfdi.types import Problem
@@ -15,6 +16,8 @@ from gsfdi.wire.tables import Plan, columns_of, is_canonical, plans, read_as
 
 ROWS = 65_536
 """Rows held at a time."""
+MOST_RATIO, MOST_FREE = 5_000, 512 << 20
+"""A file may unpack to this many times its size, and this many bytes on top."""
 
 
 def sniff(head: bytes) -> bool:
@@ -34,6 +37,10 @@ def read(path: Path, mappings: Sequence[Mapping]) -> Iterator[Item]:
     with file:
         chosen = _plans(path, file, mappings)
         wanted = list(dict.fromkeys(column for plan in chosen for column in plan.columns))
+        unpacked = 8 * file.metadata.num_rows * len(wanted)
+        if unpacked > MOST_RATIO * path.stat().st_size + MOST_FREE:
+            what = f"would unpack to {unpacked >> 20} MB, more than its size can honestly hold"
+            raise UnusableInputError(path, what, "leave the file out")
         try:
             for batch in file.iter_batches(batch_size=ROWS, columns=wanted):
                 for plan in chosen:
