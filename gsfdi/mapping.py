@@ -1,6 +1,13 @@
 """Mapping files: which topic, field or column of a log holds each canonical column, and in which unit.
 
 A mapping belongs to one robot. Units convert here and nowhere else, so past the readers everything is SI.
+
+Beside what every mapping has (``robot``, ``time``, and a table for each canonical column) a file may say:
+
+- ``joint = "name"`` with ``column = "pos"`` in the tables: a long text table, one row per joint and sample;
+- ``time_epoch_name = "ur-%y_%m_%d"``: the clock's epoch stands in the file's name;
+- ``columns = { J1 = "position[0]" }`` beside a ``topic``: single fields of a message;
+- ``offset``: added after unit and scale.
 """
 
 import dataclasses
