@@ -48,5 +48,5 @@ def test_what_cannot_be_used_is_named_with_its_mend(tmp_path: Path, text: str, s
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(UnusableInputError, match="nowhere.toml: "):
+    with pytest.raises(UnusableInputError, match=r"nowhere\.toml: "):
         load_night(tmp_path / "nowhere.toml")

@@ -22,6 +22,7 @@ from gsfdi.pipeline.analyze import analyze, common, together
 from gsfdi.pipeline.baseline import baseline, load
 from gsfdi.pipeline.cause import cause, healthy
 from gsfdi.pipeline.ingest import ingest
+from gsfdi.pipeline.reconcile import reconcile
 from gsfdi.pipeline.simulate import simulate
 from gsfdi.workers import Crew
 
@@ -246,3 +247,50 @@ def test_joints_that_are_nowhere_are_named(store: Path, tmp_path: Path) -> None:
     assert [joint["joint"] for joint in outcome.result["joints"]] == ["EL"]
     assert outcome.damaged
     assert "--joint SH3: is in none of the files" in outcome.log(notes=False)[0]
+
+
+@pytest.fixture(scope="module")
+def reconciled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What reconcile writes of one joint with friction that its model lacks."""
+    out = tmp_path_factory.mktemp("reconciled")
+    reconcile([str(NIGHT / "WR2.parquet")], model=ARM, out=out)
+    return out
+
+
+def test_reconcile_json_keeps_the_contract(reconciled: Path) -> None:
+    found = json.loads((reconciled / "reconcile.json").read_text())
+    assert found["schema"] == "gsfdi/reconcile/1"
+    assert [recording.keys() for recording in found["recordings"]] == [{"path", "sha256"}]
+    (joint,) = found["joints"]
+    assert joint["verdict"] == "explained"
+    assert joint["mismatch"].keys() >= {"detected", "p_value", "effect"}
+    assert joint["location"].keys() >= {"component", "signals", "where", "when", "bands_hz"}
+    for place in joint["location"]["where"]:
+        assert place.keys() >= {"covariate", "low", "high", "share_of_misfit"}
+    (term,) = joint["omitted_physics"]
+    assert term.keys() >= {"term", "component", "side", "probability", "parameters", "says"}
+    assert (term["term"], term["component"]) == ("coulomb_friction", "friction")
+    low, high = term["parameters"]["torque_nm"]["ci95"]
+    assert low <= 1.5 <= high
+    assert joint["fit"].keys() >= {"held_out_seconds", "before", "after", "noise_floor"}
+    assert joint["fit"]["after"]["motor_current_a"] < 0.5 * joint["fit"]["before"]["motor_current_a"]
+    assert isinstance(joint["indistinguishable"], list)
+
+
+def test_the_updated_model_feeds_simulate(reconciled: Path, tmp_path: Path) -> None:
+    found = json.loads((reconciled / "reconcile.json").read_text())["joints"][0]
+    updated = reconciled / found["updated_model"]
+    assert [use.term for use in load_models(updated).for_joint("WR2").physics] == ["coulomb_friction"]
+    recording = reading.read([NIGHT / "WR2.parquet"]).records[0]
+    errors = []
+    for model in (ARM, updated):
+        simulate(model, replay=NIGHT / "WR2.parquet", out=tmp_path / "again.parquet")
+        again = reading.read([tmp_path / "again.parquet"]).records[0]
+        errors.append(float(np.sqrt(np.nanmean((again["motor_current"] - recording["motor_current"]) ** 2))))
+    assert errors[1] < 0.3 * errors[0]
+    assert (reconciled / "report.html").stat().st_size < 2_000_000
+
+
+def test_a_term_to_do_without_must_be_one(tmp_path: Path) -> None:
+    with pytest.raises(UnusableInputError, match="did you mean 'coulomb_friction'"):
+        reconcile([str(NIGHT / "WR2.parquet")], model=ARM, out=tmp_path, without=["coulom_friction"])
