@@ -16,7 +16,19 @@ from gsfdi.proof.motions import draw as draw_motion
 from gsfdi.proof.world import Effect, Joint, Motion, World, run
 
 HOME = Path(gsfdi.__file__).parent
-OPPONENT = ("effects", "mechanics", "integrator", "world", "motions", "kinds", "cases", "concealment", "mujoco_world")
+OPPONENT = (
+    "effects",
+    "mechanics",
+    "integrator",
+    "world",
+    "motions",
+    "sizes",
+    "kinds",
+    "joints",
+    "cases",
+    "concealment",
+    "mujoco_world",
+)
 GROUND = {"gsfdi.channels", "gsfdi.types", "gsfdi.errors"}
 
 

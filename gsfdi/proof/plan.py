@@ -5,9 +5,10 @@ from itertools import islice
 
 import numpy as np
 
-from gsfdi.proof.cases import Design, Group, Rng
+from gsfdi.proof.cases import Design, Group
 from gsfdi.proof.kinds import KINDS
 from gsfdi.proof.mujoco_world import MUJOCO_KINDS, available
+from gsfdi.proof.sizes import Rng
 
 SHARES = {
     "single": 0.56,

@@ -18,7 +18,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from gsfdi.proof.kinds import PARAMETERS
 from gsfdi.proof.world import spelled as parameter_name
 
 VISIBLE = 30.0
@@ -227,8 +226,3 @@ def _fit(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> dict[str, Any] |
         if _finite(before, after) and oracle.get(column):
             rows[column] = {"before": before, "after": after, "oracle": oracle[column]}
     return rows
-
-
-def is_parameter(name: str) -> bool:
-    """Whether a term only changes a number of the linear model."""
-    return name in PARAMETERS
