@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -101,13 +102,21 @@ def test_a_removed_folder_is_made_again_and_stands_in_the_history_once(night: Ni
     assert [line["at"] for line in history(night)] == ["2026-11-21T03:30:00+00:00"]
 
 
+def test_joints_that_alarm_are_held_against_their_fault_free_selves(night: Night, made: Path) -> None:
+    arrive(night, made / "second.parquet")
+    outcome = nightly(replace(night, reconcile=True, model=Path(MODEL)), now=NOW)
+    found = json.loads((night.out / "2026-11-21" / "reconciled" / "reconcile.json").read_text())
+    assert [joint["joint"] for joint in found["joints"]] == ["era-joint"]
+    assert found["joints"][0]["mismatch"]["detected"]
+    assert all(".making" not in line for line in outcome.lines)
+
+
 def test_files_still_arriving_hidden_or_partial_are_left(night: Night, made: Path) -> None:
     for name in (".first.parquet", "first.parquet.part"):
         arrive(night, made / "first.parquet", name)
     assert nightly(night, now=NOW).result["folder"] is None
     arrive(night, made / "first.parquet")
-    settled = Night(**{name: getattr(night, name) for name in Night.__dataclass_fields__} | {"settle_s": 3600.0})
-    assert nightly(settled, now=NOW).result["folder"] is None
+    assert nightly(replace(night, settle_s=3600.0), now=NOW).result["folder"] is None
     assert nightly(night, now=NOW).result["folder"] is not None
 
 

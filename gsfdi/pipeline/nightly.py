@@ -11,8 +11,8 @@ import json
 import logging
 import shutil
 import time
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from hashlib import file_digest
 from pathlib import Path
@@ -20,12 +20,17 @@ from typing import Any
 
 import filelock
 
+from gsfdi import ingest as reading
 from gsfdi.atomic import sync_folder, write_text
-from gsfdi.config import Night
-from gsfdi.errors import LockedError, UnusableInputError
-from gsfdi.pipeline.analyze import analyze
+from gsfdi.config import LEVELS, Night
+from gsfdi.errors import GsfdiError, LockedError, UnusableInputError
+from gsfdi.modelfile import load_models
+from gsfdi.pipeline.analyze import LARGE, analyze, baseline_of
+from gsfdi.pipeline.baseline import load
+from gsfdi.pipeline.cause import healthy
 from gsfdi.pipeline.ingest import ingest
-from gsfdi.pipeline.outcome import Outcome, need
+from gsfdi.pipeline.outcome import Outcome, by_joint, mappings_of, need
+from gsfdi.pipeline.reconcile import Question, solve
 from gsfdi.types import Problem
 from gsfdi.workers import Crew, Report, silent
 
@@ -97,7 +102,7 @@ def make(settings: Night, progress: Report, now: datetime) -> Outcome:
     sync_folder(settings.out)
     _remember(settings.out)
     need(joints, outcome.problems)
-    lines = [*outcome.lines, str(folder)]
+    lines = [line.replace(str(making), str(folder)) for line in outcome.lines]
     return Outcome({**outcome.result, "folder": str(folder), "files": files}, lines, outcome.problems, outcome.levels)
 
 
@@ -108,7 +113,7 @@ def _work(settings: Night, files: list[str], making: Path, progress: Report, now
         ingest(files, store=store, mappings=mappings, joints=joints, progress=progress)
     except UnusableInputError as error:
         return Outcome({"joints": []}, [], [Problem(error.subject, error.what, error.mend, "unusable")])
-    return analyze(
+    outcome = analyze(
         files,
         store=store,
         mappings=mappings,
@@ -122,6 +127,35 @@ def _work(settings: Night, files: list[str], making: Path, progress: Report, now
         stale_after_s=DAY * settings.stale_after_days if settings.stale_after_days is not None else None,
         now=now,
     )
+    alarmed = [joint for joint in outcome.result["joints"] if joint["verdict"] in LEVELS]
+    if alarmed and settings.reconcile and settings.model and sum(Path(file).stat().st_size for file in files) < LARGE:
+        written = _causes(settings, settings.model, files, alarmed, making / "reconciled", progress)
+        return replace(outcome, lines=[*outcome.lines, *written])
+    return outcome
+
+
+def _causes(
+    settings: Night,
+    model: Path,
+    files: Sequence[str],
+    alarmed: Sequence[Mapping[str, Any]],
+    out: Path,
+    progress: Report,
+) -> Sequence[str]:
+    """Hold the joints that alarm against their fault-free selves, for the page that shows what has changed."""
+    models, baseline = load_models(model), load(settings.store, settings.baseline)[0]
+    batch = reading.read(files, mappings_of(settings.mappings), [joint["joint"] for joint in alarmed])
+    questions = []
+    for records in by_joint(batch.records).values():
+        known = baseline_of(baseline, records[0])
+        if known is not None:
+            nominal = healthy(records[0], known, models.for_joint(records[0].joint))
+            questions.append(Question(tuple(records), nominal))
+    try:
+        return solve(questions, (), out, Crew(settings.jobs, settings.scheduler), progress).lines
+    except GsfdiError as error:
+        LOG.warning("reconcile: %s", error)
+        return []
 
 
 def _arrivals(settings: Night) -> Iterator[Arrival]:

@@ -101,11 +101,36 @@ def reconcile(
             questions.append(Question(tuple(records), models.for_joint(records[0].joint), tuple(without)))
         except GsfdiError as error:
             problems.append(Problem(error.subject, error.what, error.mend, "left_out"))
+    return solve(questions, problems, out, crew, progress)
+
+
+def solve(
+    questions: Sequence[Question],
+    problems: Sequence[Problem],
+    out: Path,
+    crew: Crew = ALONE,
+    progress: Report = silent,
+) -> Outcome:
+    """Answer every question, and write what was found.
+
+    Parameters
+    ----------
+    questions : sequence of Question
+        One per joint.
+    problems : sequence of Problem
+        What was left out so far.
+    out : Path
+        Folder for what is written.
+    crew : Crew
+        Who does the work.
+    progress : callable
+        Told how far the work has come.
+    """
     answers = each(answer, questions, crew, progress, "joints")
-    problems += [one for one in answers if isinstance(one, Problem)]
+    problems = [*problems, *(one for one in answers if isinstance(one, Problem))]
     found = [one for one in answers if isinstance(one, Reconciliation)]
     need(found, problems)
-    return write(found, batch.records, out, problems)
+    return write(found, [record for question in questions for record in question.records], out, problems)
 
 
 def write(
