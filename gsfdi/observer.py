@@ -150,6 +150,8 @@ def scores(
 
     Parameters
     ----------
+    Ad, C, gains, weight, u : arrays
+        As for :func:`innovations`: discrete model, observer gains, inverse covariance of the innovations, effort.
     e, used, states : arrays
         From :func:`innovations`.
     trusted : (n,) array

@@ -21,6 +21,8 @@ def missing_torque(stand: Bench, innovations: Sequence[Array], side: int = 0) ->
 
     Parameters
     ----------
+    stand : Bench
+        The recordings on their bench.
     innovations : sequence of (n, 2) arrays
         Under the base gain.
     side : {0, 1}
@@ -72,6 +74,8 @@ def excess(stand: Bench, innovations: Sequence[Array], torque: Array) -> float:
 
     Parameters
     ----------
+    stand : Bench
+        The recordings on their bench.
     innovations : sequence of (n, 2) arrays
         Under the base gain.
     torque : (k,) array
