@@ -75,6 +75,7 @@ def prove(
     answer_all(named, inputs, out / "answers", jobs, progress, tool)
     write_text(out / "truth.json", sealed.text)
     result = scored(out)
+    write_text(out / "proof.json", spelled(result) + "\n")  # kept, whatever comes of what follows
     if tuple(tool) == TOOL:
         result["showcase"] = showcase(result["scores"], truths, lambda name: files_of(draw(*named[name])))
         if (recordings := home()) is not None:
