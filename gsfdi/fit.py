@@ -1,17 +1,20 @@
 """Fits a joint's model to recordings by replaying it: knobs to turn, a noise model, and damped least squares.
 
 The misfit is the sequence of white innovations (see `gsfdi.whiten`) of the model run as an observer beside the
-recordings. It needs no controller, forgets its initial state, and under feedback it is what maximum likelihood asks for;
-a fit on positions alone would see nothing, for the controller hides there whatever the model lacks.
+recordings. It needs no controller, forgets its initial state, and under feedback it is what maximum likelihood asks
+for; a fit on positions alone would see nothing, for the controller hides there whatever the model lacks.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from gsfdi.model import JointModel
 from gsfdi.types import Array
+
+Ints = npt.NDArray[np.int64]
 
 
 START = -2
@@ -81,7 +84,7 @@ class Knob:
         return replace(model, physics=(*model.physics[: self.place], new, *model.physics[self.place + 1 :]))
 
 
-def turned(model: JointModel, knobs: Sequence[Knob], values: Sequence[float]) -> JointModel:
+def turned(model: JointModel, knobs: Sequence[Knob], values: Array) -> JointModel:
     """`model` with every knob at its value."""
     for knob, value in zip(knobs, values, strict=True):
         model = knob.turn(model, value)
@@ -147,13 +150,14 @@ def levenberg(
     values = np.clip([knob.read(model) for knob in knobs], low, high)
     residual = misfit([turned(model, knobs, values)])[0]
     cost = _cost(residual, knobs, values)
-    damping, jacobian = 1e-3, np.zeros((len(residual), len(knobs)))
+    damping, jacobian, exact = 1e-4, np.zeros((len(residual), len(knobs))), False
     for _ in range(rounds if knobs else 0):
-        jacobian = slopes(misfit, model, knobs, values, residual, known)
+        if not exact:
+            jacobian, exact = slopes(misfit, model, knobs, values, residual, known), True
         H, g = _normal(jacobian, residual, knobs, values)
         gained = 0.0
         for _ in range(5):
-            free = ~(((values <= low) & (g > 0)) | ((values >= high) & (g < 0)))
+            free = (high > low) & ~(((values <= low) & (g > 0)) | ((values >= high) & (g < 0)))
             step = np.zeros(len(knobs))
             part = H[np.ix_(free, free)]
             step[free] = np.linalg.lstsq(part + damping * np.diag(np.diag(part) + 1e-12), -g[free], rcond=None)[0]
@@ -161,13 +165,22 @@ def levenberg(
             left = misfit([turned(model, knobs, trial)])[0]
             new = _cost(left, knobs, trial)
             if np.isfinite(new) and new < cost:
+                taken = (trial - values) / scale
+                # Broyden: the step itself has shown the slope along it; no replays for the others while it goes well
+                jacobian += np.outer((left - residual - jacobian @ taken) / max(taken @ taken, 1e-300), taken)
                 gained, values, residual, cost = cost - new, trial, left, new
-                damping = max(damping / 10, 1e-9)
+                damping /= 100
                 break
-            damping *= 10
-        if gained < tolerance:
+            damping = max(10 * damping, 1e-8)
+        # A heavily damped step gains little along a valley; only a nearly free one tells that the floor is reached.
+        if gained < tolerance and (damping < 1e-7 or gained == 0.0):
             break
+        exact = gained > BROYDEN * cost**0.5
     return Fitted(turned(model, knobs, values), knobs, values, cost, residual, jacobian)
+
+
+BROYDEN = 0.2
+"""A step that gains more than this many times the square root of the cost keeps the slopes of the step before."""
 
 
 def slopes(
@@ -205,11 +218,13 @@ def _normal(jacobian: Array, residual: Array, knobs: Sequence[Knob], values: Arr
     return jacobian.T @ jacobian + np.diag(slope**2), jacobian.T @ residual + slope * off
 
 
-def covariance(fitted: Fitted, blocks: Array) -> Array:
-    """Covariance ``(k, k)`` of the fitted knobs that holds although innovations are not quite white (sandwich by blocks).
+def covariance(fitted: Fitted, blocks: Ints) -> Array:
+    """Covariance ``(k, k)`` of the fitted knobs that holds although innovations are not quite white (by blocks).
 
     Parameters
     ----------
+    fitted : Fitted
+        The fit at its end.
     blocks : (n,) int array
         Block of time that each innovation belongs to.
     """

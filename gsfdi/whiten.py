@@ -9,16 +9,20 @@ Process noise is a white torque on either side. It stands for everything that no
 from maximum likelihood on the recording and falls as the model improves.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numba
 import numpy as np
+import numpy.typing as npt
 from scipy.linalg import solve_discrete_are, solve_toeplitz
 from scipy.signal import lfilter
 
 from gsfdi.joint import hold, matrices
-from gsfdi.model import Plant
-from gsfdi.types import Array
+from gsfdi.model import JointModel, Plant
+from gsfdi.types import Array, Mask
+
+Ints = npt.NDArray[np.int64]
 
 LONGEST = 8
 """Samples that may be missing in a row before the filter starts anew."""
@@ -27,8 +31,8 @@ LONGEST = 8
 class Observed(NamedTuple):
     """The discrete linear joint as the sensors see it.
 
-    ``Ad (n, n)``; ``Bt (n, 2)`` torque on motor and output side, held over a step; ``C (p, n)``; ``R (p,)`` variances of
-    the measured channels; ``rows`` which of position and motor velocity are measured.
+    ``Ad (n, n)``; ``Bt (n, 2)`` torque on motor and output side, held over a step; ``C (p, n)``; ``R (p,)`` variances
+    of the measured channels; ``rows`` which of position and motor velocity are measured.
     """
 
     Ad: Array
@@ -38,28 +42,45 @@ class Observed(NamedTuple):
     rows: tuple[int, ...]
 
 
-def observed(plant: Plant, step: float, variances: tuple[float, float]) -> Observed:
-    """Discretise `plant` at `step` [s] for the channels whose variance is finite.
+def observed(model: JointModel, step: float, variances: tuple[float, float]) -> Observed:
+    """Discretise the linear part of `model` at `step` [s] for the channels whose variance is finite.
 
     Parameters
     ----------
+    model : JointModel
+        Its plant, with those of its terms that are linear.
     variances : tuple of float
         Variance of position [rad²] and of motor velocity [(rad/s)²]; infinite where the channel is missing.
     """
-    joint = matrices(plant)
-    torques = -joint.motor[:, None] if len(joint.effort) == 2 else np.column_stack([-joint.motor, -joint.output])
-    Ad, Bt = hold(joint.A, torques, step)
+    joint = matrices(linear_plant(model))
+    A = joint.A.copy()
+    for use in model.physics:
+        if use.onset is None and use.term == "viscous_friction":
+            side = joint.motor if use.side != "output" else joint.output
+            rate = use.values["coefficient_nms_rad"] * side
+            A[:, 1] += rate
+            if use.side == "output" and len(A) == 4:
+                A[:, 3] += rate
+        elif use.onset is None and use.term == "gearbox_damping" and len(A) == 4:
+            A[:, 3] += use.values["coefficient_nms_rad"] * joint.spring
+    torques = -joint.motor[:, None] if len(A) == 2 else np.column_stack([-joint.motor, -joint.output])
+    Ad, Bt = hold(A, torques, step)
     C = joint.C.copy()
-    if len(joint.effort) == 2:
+    if len(A) == 2:
         C[1, 1] = 1.0  # a rigid joint's motor velocity is its joint velocity
     rows = tuple(i for i, variance in enumerate(variances) if np.isfinite(variance))
-    return Observed(
-        np.ascontiguousarray(Ad),
-        np.ascontiguousarray(Bt),
-        np.ascontiguousarray(C[list(rows)]),
-        np.array([variances[i] for i in rows]),
-        rows,
-    )
+    C = np.ascontiguousarray(C[list(rows)])
+    return Observed(np.ascontiguousarray(Ad), np.ascontiguousarray(Bt), C, np.array([variances[i] for i in rows]), rows)
+
+
+def linear_plant(model: JointModel) -> Plant:
+    """Plant of `model` with its changes of parameters in it."""
+    plant = model.plant
+    for use in model.physics:
+        name = use.term.removesuffix("_change")
+        if use.onset is None and use.term.endswith("_change"):
+            plant = replace(plant, **{name: getattr(plant, name) * use.values["ratio"]})
+    return plant
 
 
 def steady_gain(system: Observed, torque: Array) -> Array:
@@ -74,7 +95,7 @@ def steady_gain(system: Observed, torque: Array) -> Array:
 
 
 @numba.njit(cache=True)
-def _gains(Ad, Q, C, R, P0, steps, present):  # type: ignore[no-untyped-def]
+def _gains(Ad, Q, C, R, P0, steps, present, push, shake):  # type: ignore[no-untyped-def]
     """Gains and inverse Cholesky factors of the innovations' covariance, sample by sample; 0 steps starts anew."""
     n, nx, p = steps.size, Ad.shape[0], C.shape[0]
     K, W, logdet = np.zeros((n, nx, p)), np.zeros((n, p, p)), np.zeros(n)
@@ -85,8 +106,12 @@ def _gains(Ad, Q, C, R, P0, steps, present):  # type: ignore[no-untyped-def]
             P, settled = P0.copy(), 0
         else:
             settled = settled if steps[k] == 1 else 0
+            if shake[k] > 0:
+                settled = 0
             for _ in range(steps[k] if settled < 3 else 0):
                 P = Ad @ P @ Ad.T + Q
+            if shake[k] > 0:
+                P = P + shake[k] * push
         if not present[k]:
             settled = 0
             continue
@@ -135,8 +160,8 @@ def _refilter(Ad, C, K0, K, W, steps, e, out):  # type: ignore[no-untyped-def]
                     inner[i] -= C[i, a] * delta[a]
             for i in range(p):
                 total = 0.0
-                for l in range(i + 1):
-                    total += W[k, i, l] * inner[l]
+                for j2 in range(i + 1):
+                    total += W[k, i, j2] * inner[j2]
                 out[j, k, i] = 0.0 if missing else total
             if not missing:
                 for a in range(nx):
@@ -156,7 +181,7 @@ class Whitener(NamedTuple):
     gains: Array
     weights: Array
     logdet: Array
-    steps: Array
+    steps: Ints
     colour: Array
     size: Array
 
@@ -183,7 +208,9 @@ class Whitener(NamedTuple):
         return self._replace(colour=colour, size=size, logdet=self.logdet + 2 * float(np.log(size).sum()))
 
 
-def whitener(system: Observed, base: Array, spread: Array, torque: Array, steps: Array, present: Array) -> Whitener:
+def whitener(
+    system: Observed, base: Array, doubt: Array, torque: Array, steps: Ints, present: Mask, shaken: Array | None = None
+) -> Whitener:
     """Set up a whitener for process noise of `torque` [N m].
 
     Parameters
@@ -191,26 +218,28 @@ def whitener(system: Observed, base: Array, spread: Array, torque: Array, steps:
     system : Observed
     base : (4, 2) array
         Gain of the replay that gives the innovations.
-    spread : (k,) array
-        Process noise [N m] under which a state would be as uncertain as it is at a start.
+    doubt : (n, n) array
+        Covariance of the state at a start.
     torque : (k,) array
         Standard deviation of the white torque on each side [N m].
     steps : (n,) int array
         Sampling periods since the sample before; 0 where the filter starts anew.
     present : (n,) bool array
         Whether the sample was measured.
+    shaken : (n,) array, optional
+        Standard deviation of the drive's torque over the step before each sample where it is not known [N m].
     """
-    Q0, Q = (np.ascontiguousarray((system.Bt * np.square(size)) @ system.Bt.T) for size in (spread, torque))
-    Q0 = Q0 + 1e-12 * np.trace(Q0) / len(Q0) * np.eye(len(Q0))
-    P0 = solve_discrete_are(system.Ad.T, system.C.T, Q0, np.diag(system.R))
-    K, W, logdet = _gains(system.Ad, Q, system.C, np.diag(system.R), P0, steps, present)
+    Q = np.ascontiguousarray((system.Bt * np.square(torque)) @ system.Bt.T)
+    push = np.outer(system.Bt[:, 0], system.Bt[:, 0])
+    shake = np.zeros(len(steps)) if shaken is None else shaken**2
+    K, W, logdet = _gains(system.Ad, Q, system.C, np.diag(system.R), doubt, steps, present, push, shake)
     p = len(system.rows)
     return Whitener(system, base, K, W, logdet, steps, np.zeros((p, 0)), np.ones(p))
 
 
-def steps_of(t: Array, period: float, gap: int = LONGEST) -> Array:
+def steps_of(t: Array, period: float, gap: int = LONGEST) -> Ints:
     """Sampling periods between samples, 0 at the first and after a gap of more than `gap` of them."""
-    steps: Array = np.maximum(1, np.round(np.diff(t, prepend=t[0]) / period)).astype(np.int64)
+    steps: Ints = np.maximum(1, np.round(np.diff(t, prepend=t[0]) / period)).astype(np.int64)
     steps[steps > gap] = 0
     steps[0] = 0
     return steps
@@ -245,15 +274,19 @@ def _respond(Ad, Bt, C, K0, torque, sensed, steps, out):  # type: ignore[no-unty
                     delta[a] -= K0[a, i] * out[j, k, i]
 
 
-def respond(system: Observed, base: Array, torque: Array, sensed: Array, steps: Array) -> Array:
-    """Innovations ``(m, n, 2)`` under the gain `base` that small extra torques and sensor errors leave, by linear theory.
+def respond(system: Observed, base: Array, torque: Array, sensed: Array, steps: Ints) -> Array:
+    """Innovations ``(m, n, 2)`` under the gain `base` that small torques and sensor errors leave, by linear theory.
 
     Parameters
     ----------
+    system : Observed
+        The discrete linear joint.
     torque : (m, n, k) array
         Extra torque that drives each side, held from each sample to the next [N m].
     sensed : (m, n, 2) array
         What is added to measured position and motor speed.
+    steps : (n,) int array
+        Whole periods since the sample before; 0 where a stretch starts anew.
     """
     rows = list(system.rows)
     out = np.zeros((len(torque), torque.shape[1], len(rows)))

@@ -57,7 +57,7 @@ STAGES = (
     "reconcile",
     "proof",
 )
-TOP = ("config", "console", "workers", "overview", "pipeline", "nightly", "cli", "__main__")
+TOP = ("config", "options", "console", "workers", "overview", "pipeline", "nightly", "cli", "__main__")
 FLOORS = (GROUND, SHELVES, STAGES, TOP)
 FLOOR = {name: height for height, rooms in enumerate(FLOORS) for name in rooms}
 

@@ -8,20 +8,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
+from gsfdi.drive import Drive, drive_of, measured_velocity
 from gsfdi.errors import UnusableInputError
 from gsfdi.fit import Started
 from gsfdi.model import JointModel
 from gsfdi.reconcile.offer import Scales
-from gsfdi.drive import Drive, drive_of, measured_velocity
 from gsfdi.simulate import Trace, initial_state, replay_many
 from gsfdi.types import Array, JointRecord, Mask
 from gsfdi.whiten import LONGEST, Observed, Whitener, observed, respond, steady_gain, steps_of, whitener
 
+Ints = npt.NDArray[np.int64]
+FIRST = 8  # samples from which a replay takes its starting rates
 WARM_UP = 0.5  # [s] after every start that decides nothing: the states of terms with memory are unknown there
 HOLD_OUT = (0.70, 0.88)
 """Part of the time of every recording that is kept for judging, as shares."""
-TRIFLE = 1e-3
+TRIFLE = 2e-4
 """Share of the drive's torque that no simulator gets right: sampling, holding, and how a contact is written."""
 BLOCK = 2.0  # [s] over which innovations may hang together
 
@@ -43,10 +46,12 @@ class Bench:
         The nominal joint as its sensors see it.
     gain, spread : arrays
         Base gain of the observer and the torque noise [N m] for which it was designed.
-    doubt : (k,) array
-        Torque noise [N m] under which a state would be as uncertain as it is at the start of a stretch.
+    doubt : (n, n) array
+        Covariance of the state with which a stretch begins.
     steps, present : tuple of int and bool arrays
         Sampling periods between samples, and which samples were measured, by stretch.
+    shaken : tuple of arrays
+        Torque [N m] by which the drive may have moved unseen over the step before each sample, by stretch.
     scales : Scales
     """
 
@@ -58,8 +63,9 @@ class Bench:
     gain: Array
     spread: Array
     doubt: Array
-    steps: tuple[Array, ...]
+    steps: tuple[Ints, ...]
     present: tuple[Mask, ...]
+    shaken: tuple[Array, ...]
     scales: Scales
     grains: tuple[Array, ...] = ()
     """Errors ``(n, 2)`` of sensors so coarse that their error is no white noise, as they would be on this motion."""
@@ -92,7 +98,7 @@ class Bench:
         """Set up a whitener for each record, for process noise of `torque` [N m]."""
         found = []
         for i, (steps, present) in enumerate(zip(self.steps, self.present, strict=True)):
-            tool = whitener(self.system, self.gain, self.doubt, torque, steps, present)
+            tool = whitener(self.system, self.gain, self.doubt, torque, steps, present, self.shaken[i])
             if self.grains:
                 rng = np.random.default_rng(i)
                 push = torque * rng.standard_normal((1, len(steps), len(torque)))
@@ -100,14 +106,18 @@ class Bench:
             found.append(tool)
         return found
 
-    def rebased(self, torque: Array) -> "Bench":
-        """Give the bench whose observer is designed for process noise of `torque` [N m].
+    def rebased(self, torque: Array, model: JointModel) -> "Bench":
+        """Give the bench whose observer is designed for `model` and process noise of `torque` [N m].
 
         The nearer the model, the less its observer needs to lean on noisy measurements, which near standstill would
         shake a dry friction loose that really sticks.
         """
         spread = np.minimum(np.maximum(2.0 * torque, 1e-3 * self.scales.torque), 0.2 * self.scales.torque)
-        return replace(self, gain=steady_gain(self.system, spread), spread=spread)
+        variances = [float("inf")] * 2
+        for row, variance in zip(self.system.rows, self.system.R, strict=True):
+            variances[row] = float(variance)
+        system = observed(model, self.scales.period, (variances[0], variances[1]))
+        return replace(self, system=system, gain=steady_gain(system, spread), spread=spread)
 
     def white(self, innovations: Sequence[Array], whiteners: Sequence[Whitener]) -> Array:
         """White innovations ``(m, rows)`` over all records, 0 during warm-up."""
@@ -130,7 +140,7 @@ class Bench:
         """First and last second of the part that is kept for judging and takes no part in choosing or fitting."""
         return HOLD_OUT[0] * self.scales.seconds, HOLD_OUT[1] * self.scales.seconds
 
-    def blocks(self) -> Array:
+    def blocks(self) -> Ints:
         """Block of time of every white innovation."""
         found, first = [], 0
         for record in self.records:
@@ -160,7 +170,7 @@ def bench(records: Sequence[JointRecord], model: JointModel) -> Bench:
         )
     period = float(np.median(np.concatenate([np.diff(r.t) for r in usable])))
     variances = sensor_variances(usable, model)
-    system = observed(model.plant, period, variances)
+    system = observed(model, period, variances)
     scales = scales_of(usable, model, period)
     spread = np.full(system.Bt.shape[1], 0.2 * scales.torque)
     gain = steady_gain(system, spread)
@@ -168,8 +178,21 @@ def bench(records: Sequence[JointRecord], model: JointModel) -> Bench:
     drives = tuple(drive_of(r, model) for r in whole)
     steps = tuple(steps_of(r.t, period) for r in whole)
     seen = (np.column_stack([r["position"], measured_velocity(r, model)])[:, list(system.rows)] for r in whole)
-    present = tuple(np.isfinite(values).all(axis=1) for values in seen)
-    stand = Bench(model, whole, len(usable), drives, system, gain, spread, spread, steps, present, scales)
+    present: tuple[Mask, ...] = tuple(np.asarray(np.isfinite(values).all(axis=1)) for values in seen)
+    stand = Bench(
+        model=model,
+        records=whole,
+        count=len(usable),
+        drives=drives,
+        system=system,
+        gain=gain,
+        spread=spread,
+        doubt=start_doubt(system, scales),
+        steps=steps,
+        present=present,
+        shaken=tuple(shaken_of(r, scales) for r in whole),
+        scales=scales,
+    )
     return replace(stand, grains=grain_errors(stand))
 
 
@@ -221,6 +244,30 @@ def stretches(record: JointRecord, period: float) -> list[JointRecord]:
     return found
 
 
+def start_doubt(system: Observed, scales: Scales) -> Array:
+    """Covariance of a state that was read off the first few samples.
+
+    Angles come from positions, rates from their slope over a few samples, the wind-up from nothing but the effort. A
+    gearbox hardly damps its own mode, so that what is not doubted here would ring on as a mismatch.
+    """
+    angle = 3.0 * np.sqrt(system.R[0])
+    rate = angle / (FIRST * scales.period)
+    sizes = [angle, rate] if len(system.Ad) == 2 else [angle + scales.windup, rate, scales.windup, 2 * rate]
+    doubt = np.diag(np.square(sizes))
+    if len(system.Ad) == 4:  # the joint's angle is measured: what the wind-up has too much, the motor has too little
+        doubt[0, 2] = doubt[2, 0] = -(scales.windup**2)
+    return doubt
+
+
+def shaken_of(record: JointRecord, scales: Scales) -> Array:
+    """Torque by which the drive may have moved unseen over the step before each sample: its jump beside lost ones."""
+    effort = record[record.effort] * scales.torque / scales.effort
+    lost = ~np.isfinite(record["position"])
+    beside = lost | np.roll(lost, 1) | np.roll(lost, -1)
+    jump = np.maximum(np.abs(np.diff(effort, prepend=effort[0])), np.abs(np.diff(effort, append=effort[-1])))
+    return np.where(beside, jump, 0.0)
+
+
 MEASURED = ("position", "motor_velocity", "joint_velocity")
 
 
@@ -248,8 +295,8 @@ def noise_of(values: Array) -> float:
     """Standard deviation of a channel's white noise, from fifth differences, which motion hardly enters."""
     values = values[np.isfinite(values)]
     fifth = np.diff(values, 5)
-    spread = 1.4826 * float(np.median(np.abs(fifth))) / np.sqrt(252.0)
-    return max(spread, grain_of(values) / np.sqrt(12.0))
+    spread = float(1.4826 * np.median(np.abs(fifth)) / 252.0**0.5)
+    return float(max(spread, grain_of(values) / 12.0**0.5))
 
 
 def grain_of(values: Array) -> float:
@@ -276,7 +323,7 @@ def grain_of(values: Array) -> float:
 def scales_of(records: Sequence[JointRecord], model: JointModel, period: float) -> Scales:
     """Measure how the joint moves, to know in which sizes effects matter."""
     plant = model.plant
-    drive = 1.0 if records[0].effort == "drive_torque" else plant.gear_ratio * plant.torque_constant
+    drive: float = 1.0 if records[0].effort == "drive_torque" else plant.gear_ratio * plant.torque_constant
     effort = float(np.nanquantile(np.concatenate([np.abs(r[r.effort]) for r in records]), 0.95))
     position = np.concatenate([r["position"] for r in records])
     low, high = float(np.nanmin(position)), float(np.nanmax(position))
@@ -306,6 +353,8 @@ def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array, near
 
     Parameters
     ----------
+    stand : Bench
+        The recordings on their bench.
     innovations : sequence of (n, 2) arrays
         Of the model in hand, by record, under the base gain.
     floor : (k,) array

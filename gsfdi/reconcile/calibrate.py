@@ -1,16 +1,19 @@
 """What chance alone would gain: the luckiest offer on the user's own motion when nothing is left out.
 
-Innovations of the best model are cut into blocks of time whose signs are flipped at random. That keeps the noise as it is
-on this recording, correlation and bursts included, and breaks every tie with the offers; the same regression then
+Innovations of the best model are cut into blocks of time whose signs are flipped at random. That keeps the noise as it
+is on this recording, correlation and bursts included, and breaks every tie with the offers; the same regression then
 gives the null distribution of the largest gain over all of them.
 """
 
 import numpy as np
+import numpy.typing as npt
 
 from gsfdi.types import Array
 
+Ints = npt.NDArray[np.int64]
 
-def luckiest(bare: Array, information: Array, residual: Array, blocks: Array, draws: int = 400, seed: int = 0) -> Array:
+
+def luckiest(bare: Array, information: Array, residual: Array, blocks: Ints, draws: int = 400, seed: int = 0) -> Array:
     """Sorted largest gains ``(draws,)`` in log-likelihood over all signatures, under flipped signs.
 
     Parameters
@@ -23,6 +26,8 @@ def luckiest(bare: Array, information: Array, residual: Array, blocks: Array, dr
         White innovations of the best model.
     blocks : (n,) int array
         Block of time of every innovation, not decreasing.
+    draws, seed : int
+        How often signs are flipped, and the seed of it.
     """
     known = information > 1e-9 * max(float(information.max(initial=0.0)), 1e-300)
     if not known.any():

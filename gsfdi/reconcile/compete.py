@@ -1,9 +1,9 @@
 """Terms of physics compete for what the model in hand leaves unexplained.
 
 Every offer's signature is the change of the white innovations when the term is switched on in a replay. A linear
-regression on signature and plant together says how much of the log-likelihood the term could gain, from the start or from
-an onset on. The best are then refitted by replay, all numbers at once, and the winner joins the model if its gain beats
-what chance would give the luckiest of all offers on this very motion.
+regression on signature and plant together says how much of the log-likelihood the term could gain, from the start or
+from an onset on. The best are then refitted by replay, all numbers at once, and the winner joins the model if its gain
+beats what chance would give the luckiest of all offers on this very motion.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,18 +11,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted, levenberg
+from gsfdi.fit import Fitted
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench, effort_floor
 from gsfdi.reconcile.calibrate import luckiest
 from gsfdi.reconcile.hand import Round, lay_out, plant_knobs, settle, start_knobs, started
 from gsfdi.reconcile.offer import Offer, offers
+from gsfdi.reconcile.remainder import missing_torque
 from gsfdi.reconcile.screen import ONSET_COST, Entry, refit, screen
+from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.waves import worthy_orders
 from gsfdi.types import Array
 
 FINALISTS = 6
+MATERIAL = 2e-3
+"""Share of the drive's torque below which an effect is not worth a name, however sure: it may be the simulator's own."""
+TRIVIAL = 0.02
+"""Share of the missing torque below which no further term is looked for."""
 SURE = 0.995
 """Share of null draws whose luckiest offer a winner must beat."""
 KNOB_COST = 4.0
@@ -60,11 +66,18 @@ def compete(
     while True:
         contest = contend(hand, shelf_terms)
         contests.append(contest)
-        if contest.winner is None or len(contests) > most:
+        if contest.winner is None:
             return first, hand, contests
         fitted = contest.winner.fitted
         assert fitted is not None
         hand = simplified(settle(stand, fitted.model, fitted.knobs, floor), len(model.physics))
+        if len(contests) >= most or missing(hand, floor) < TRIVIAL * missing(first, floor):
+            return first, hand, contests
+
+
+def missing(hand: Round, floor: Array) -> float:
+    """Size of the process noise beyond what is known to be there [N m]: what the model in hand lacks."""
+    return float(np.sqrt(np.sum(np.maximum(hand.torque**2 - floor**2, 0.0))))
 
 
 def simplified(hand: Round, given: int) -> Round:
@@ -72,6 +85,8 @@ def simplified(hand: Round, given: int) -> Round:
 
     Parameters
     ----------
+    hand : Round
+        The model in hand and its fit.
     given : int
         Terms of the nominal model, which stay.
     """
@@ -108,7 +123,7 @@ def without(hand: Round, place: int) -> Fitted:
     model = replace(fitted.model, physics=(*fitted.model.physics[:place], *fitted.model.physics[place + 1 :]))
     keep = [i for i, k in enumerate(fitted.knobs) if k.place != place]
     knobs = [replace(fitted.knobs[i], place=fitted.knobs[i].place - (fitted.knobs[i].place > place)) for i in keep]
-    return levenberg(hand.misfit, model, knobs, 3, known=fitted.jacobian[:, keep])
+    return fit_knobs(hand.misfit, model, knobs, 3, fitted.jacobian[:, keep])
 
 
 def always(hand: Round, place: int) -> Fitted:
@@ -116,7 +131,7 @@ def always(hand: Round, place: int) -> Fitted:
     fitted = hand.fitted
     use = replace(fitted.model.physics[place], onset=None)
     model = replace(fitted.model, physics=(*fitted.model.physics[:place], use, *fitted.model.physics[place + 1 :]))
-    return levenberg(hand.misfit, model, fitted.knobs, 4)
+    return fit_knobs(hand.misfit, model, fitted.knobs, 4)
 
 
 def contend(hand: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> Contest:
@@ -129,8 +144,16 @@ def contend(hand: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> Contest:
         return Contest(tuple(screening.entries), None, np.zeros(1))
     luck = luckiest(screening.bare, screening.information, ranked[0].fitted.residual, hand.stand.blocks())
     bar = float(np.quantile(luck, SURE)) + (ONSET_COST if ranked[0].onset is not None else 0.0)
-    won = merit(ranked[0]) > bar
+    won = merit(ranked[0]) > bar and size_of(hand, ranked[0].fitted) > MATERIAL
     return Contest((*ranked, *screening.entries), ranked[0] if won else None, luck)
+
+
+def size_of(hand: Round, fitted: Fitted) -> float:
+    """Torque that a fitted model has and the one in hand lacks, root mean square, as a share of the drive's."""
+    new = hand.stand.innovations([fitted.model])
+    moved = [old - e[0] for old, e in zip(hand.innovations, new, strict=True)]
+    torque = np.concatenate(missing_torque(hand.stand, moved))
+    return float(np.sqrt(np.mean(torque**2))) / hand.stand.scales.torque
 
 
 def merit(entry: Entry) -> float:

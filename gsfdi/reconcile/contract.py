@@ -7,6 +7,7 @@ import numpy as np
 
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.bench import Bench, bench, grain_of
+from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.law import LawCheck, LawFinding, check_law
 from gsfdi.types import JointRecord
 
@@ -45,10 +46,14 @@ def settle_contract(records: Sequence[JointRecord], model: JointModel, without: 
     late = sum(f.values["delay_s"] for f in law.findings if f.term == "timestamp_latency") if law is not None else 0.0
     if late > 0:
         records = [advanced(record, late) for record in records]
-    if late > 0 or new is not model or coarse is not None:
-        if coarse is not None:
-            new = replace(new, sensors=replace(new.sensors, position_resolution=coarse.values["step_rad"]))
-        stand = bench(records, new)
+        stand = bench(records, model)
+    if coarse is not None:
+        new = replace(new, sensors=replace(new.sensors, position_resolution=coarse.values["step_rad"]))
+    exact = cleaned(stand.records, new, law)
+    if exact is not None:
+        new = replace(new, sensors=replace(new.sensors, effort_noise=0.0, effort_resolution=0.0))
+    if exact is not None or new is not model:
+        stand = bench(exact or records, new)
     return Settled(stand, new, law, coarse)
 
 

@@ -71,7 +71,7 @@ def profiles(case: "_Case", before: Sequence[Array], after: Sequence[Array]) -> 
     found = []
     for name in rows[0]:
         values = np.concatenate([row[name] for row in rows])
-        edges = np.linspace(*np.quantile(values, [0.002, 0.998]), PROFILE + 1)
+        edges = _edges(values, PROFILE)
         if not edges[-1] > edges[0]:
             continue
         cell = np.digitize(values, edges) - 1
@@ -93,7 +93,7 @@ def maps(case: "_Case", before: Sequence[Array], after: Sequence[Array]) -> list
     rows = locate.covariates(case.stand)
     names = list(rows[0])[:2]
     x, y = (np.concatenate([row[name] for row in rows]) for name in (names[1], names[0]))
-    x_edges, y_edges = (np.linspace(*np.quantile(v, [0.002, 0.998]), CELLS + 1) for v in (x, y))
+    x_edges, y_edges = (_edges(v, CELLS) for v in (x, y))
     if not (x_edges[-1] > x_edges[0] and y_edges[-1] > y_edges[0]):
         return []
     cx, cy = np.digitize(x, x_edges) - 1, np.digitize(y, y_edges) - 1
@@ -111,6 +111,12 @@ def maps(case: "_Case", before: Sequence[Array], after: Sequence[Array]) -> list
             "after": grids[1],
         }
     ]
+
+
+def _edges(values: Array, count: int) -> Array:
+    """Edges of `count` even cells over all but the outermost values."""
+    low, high = np.quantile(values, [0.002, 0.998])
+    return np.linspace(float(low), float(high), count + 1)
 
 
 def _means(values: Array, cell: Array, count: int) -> Array:

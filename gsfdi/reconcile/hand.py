@@ -5,18 +5,17 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from gsfdi.fit import START, Fitted, Knob, Started, levenberg, slopes
+from gsfdi.fit import START, Fitted, Knob, Started, slopes
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench, process_noise
+from gsfdi.reconcile.turning import REACH, fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 from gsfdi.whiten import Whitener
 
 DOUBT = 0.03
 """Standard deviation of a nominal parameter about the truth, as a share: 2 to 5 % off is normal."""
-REACH = 0.08
-"""Farthest that a nominal parameter may be off before that is a change with a name of its own, as a share."""
 
 
 def plant_knobs(model: JointModel, effort: str) -> list[Knob]:
@@ -67,6 +66,8 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
     for param in term.params:
         value = use.values[param.name]
         low, high = plausible(stand, term, param.name)
+        if param.name == "order":
+            low, high = max(0.7, value - 0.4), value + 0.4
         low, high = (
             (max(low, param.low), min(high, param.high))
             if param.name not in ("phase_rad", "angle_rad")
@@ -104,6 +105,7 @@ def plausible(stand: Bench, term: PhysicsTerm, name: str) -> tuple[float, float]
     low, high = s.centre - 1.05 * s.reach, s.centre + 1.05 * s.reach
     ranges: dict[tuple[str, str], tuple[float, float]] = {
         ("stribeck_friction", "velocity_rad_s"): (0.004 * s.speed, 0.7 * s.speed),
+        ("stiffening", "cubic_per_rad2"): (0.0, 10.0 * s.windup**-2),
         ("presliding_friction", "torque_nm"): (0.0, 3.0 * s.torque),
         ("gearbox_hysteresis", "torque_nm"): (0.0, 3.0 * s.torque),
         ("presliding_friction", "stiffness_nm_rad"): (0.05 * s.torque / s.reach, 3e3 * s.torque / s.reach),
@@ -181,7 +183,7 @@ def take_up(stand: Bench, tools: list[Whitener], model: JointModel, knobs: Seque
     def misfit(models: Sequence[JointModel]) -> Array:
         return stand.white(stand.innovations(models), tools)
 
-    fitted = levenberg(misfit, model, knobs, rounds)
+    fitted = fit_knobs(misfit, model, knobs, rounds)
     return lay_out(stand, tools, fitted)
 
 
@@ -197,9 +199,10 @@ def settle(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array)
     """Fit the knobs and estimate the process noise in turns, from coarse to fine."""
     near = process_noise(stand, [e[0] for e in stand.innovations([model])], floor)
     for finer in (False, True, True):
-        stand = stand.rebased(near)
-        hand = take_up(stand, stand.whiteners(near), model, knobs, 4)
+        stand = stand.rebased(near, model)
+        hand = take_up(stand, stand.whiteners(near), model, knobs, 5)
         near = process_noise(stand, hand.innovations, floor, near if finer else None)
         model = hand.fitted.model
-    hand = take_up(stand, stand.whiteners(near), model, knobs, 3)
+    stand = stand.rebased(near, model)
+    hand = take_up(stand, stand.whiteners(near), model, knobs, 8)
     return replace(hand, torque=near)

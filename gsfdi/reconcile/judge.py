@@ -5,15 +5,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted, covariance, levenberg
+from gsfdi.fit import Fitted, covariance
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import KNOB_COST, Contest, without
 from gsfdi.reconcile.hand import Round, lay_out, term_knobs, with_term
 from gsfdi.reconcile.screen import Entry
+from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.types import Array
 
 UNLIKELY = {"sensor": 0.3}
 """Prior odds by component, against the rest: a sensor fails more rarely than it is blamed."""
+TRIVIAL = 0.005
+"""Share of the gain in log-likelihood below which a term is not worth a name."""
+SIMULATED = 1.5e-3
+"""Standard deviation that sampling, holding and the simulator's own steps leave in a number, as a share of it."""
+HOPELESS = 30.0
+"""Log-likelihood behind which a rival is not worth a thorough fit."""
 CLOSE = 0.05
 """Probability, as a share of the best, from which a rival counts as not told apart."""
 
@@ -58,18 +66,25 @@ def rivals(
 ) -> list[tuple[float, Fitted]]:
     """Refit the model in hand with each finalist of a contest in the place of the term at `place`; merits beside it."""
     own = hand.fitted.model.physics[place]
-    left = without(hand, place)
-    base = replace(lay_out(hand.stand, hand.tools, left), torque=hand.torque)
+    others = (*hand.fitted.model.physics[:place], *hand.fitted.model.physics[place + 1 :])
+    keep = [i for i, k in enumerate(hand.fitted.knobs) if k.place != place]
+    rest = [replace(k, place=k.place - (k.place > place)) for k in (hand.fitted.knobs[i] for i in keep)]
     found = []
     for entry in contest.entries:
         if entry.fitted is None or (entry.offer.term, entry.offer.side) == (own.term, own.side):
             continue
-        if entry.offer.term not in shelf_terms:
+        if any(
+            use.term == entry.offer.term
+            for i, use in enumerate(hand.fitted.model.physics)
+            if i != place and use.onset is None
+        ):
             continue
-        use = replace(entry.fitted.model.physics[-1])
-        model = with_term(base.fitted.model, use)
-        knobs = [*base.fitted.knobs, *term_knobs(hand.stand, model, len(model.physics) - 1)]
-        fitted = levenberg(base.misfit, model, knobs, 4, known=base.fitted.jacobian)
+        use = entry.fitted.model.physics[-1]
+        model = with_term(replace(hand.fitted.model, physics=others), use)
+        knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
+        fitted = fit_knobs(hand.misfit, model, knobs, 4, hand.fitted.jacobian[:, keep])
+        if hand.fitted.cost - fitted.cost > -10 * HOPELESS:
+            fitted = fit_knobs(hand.misfit, fitted.model, knobs, 8)
         found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
     return found
 
@@ -86,9 +101,16 @@ def names(
 
     Parameters
     ----------
+    hand : Round
+        The model in hand and its fit.
     given : int
         Terms that the nominal model holds already.
+    contests : sequence of Contest
+        How each term was chosen, with its rivals.
+    shelf_terms : mapping of str to PhysicsTerm
+        The library.
     """
+    hand = pruned(hand, given)
     found: list[Name] = []
     place = given
     swaps = 0
@@ -97,8 +119,8 @@ def names(
         contest = _contest_of(use, contests)
         rows = rivals(hand, place, contest, shelf_terms) if contest is not None else []
         temper = inflation(hand)
-        odds = [merit / temper + _prior(fitted.model.physics[-1], shelf_terms) for merit, fitted in rows]
-        own = _prior(use, shelf_terms)
+        odds = [merit / temper + _prior(fitted.model.physics[-1], shelf_terms, hand) for merit, fitted in rows]
+        own = _prior(use, shelf_terms, hand)
         if odds and max(odds) > own + 1.0 and swaps < 2:
             hand = replace(lay_out(hand.stand, hand.tools, rows[int(np.argmax(odds))][1]), torque=hand.torque)
             swaps += 1
@@ -117,8 +139,24 @@ def names(
     return hand, _with_intervals(hand, given, found)
 
 
-def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> float:
-    return float(np.log(UNLIKELY.get(shelf_terms[use.term].component, 1.0)))
+def pruned(hand: Round, given: int) -> Round:
+    """Take out terms whose part in the mismatch is trivial: where two ways of writing a contact differ, not physics."""
+    while len(hand.fitted.model.physics) > given + 1:
+        trials = [without(hand, place) for place in range(given, len(hand.fitted.model.physics))]
+        gains = [max(trial.cost - hand.fitted.cost, 0.0) for trial in trials]
+        least = int(np.argmin(gains))
+        if gains[least] > TRIVIAL * sum(gains):
+            return hand
+        hand = replace(lay_out(hand.stand, hand.tools, trials[least]), torque=hand.torque)
+    return hand
+
+
+def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) -> float:
+    term = shelf_terms[use.term]
+    odds = UNLIKELY.get(term.component, 1.0)
+    if term.place == "torque_constant" and hand.stand.records[0].effort == "drive_torque":
+        odds *= 0.2  # a drive that reports torque has its constant behind it
+    return float(np.log(odds))
 
 
 def _contest_of(use: TermUse, contests: Sequence[Contest]) -> Contest | None:
@@ -138,12 +176,13 @@ def _with_intervals(hand: Round, given: int, found: Sequence[Name]) -> list[Name
         ci = {}
         for knob, value, sd in zip(hand.fitted.knobs, hand.fitted.values, spread, strict=True):
             if knob.place == given + i:
-                ci[knob.name] = (float(max(value - 1.96 * sd, knob.low)), float(min(value + 1.96 * sd, knob.high)))
+                width = 1.96 * float(np.hypot(sd, SIMULATED * abs(value)))
+                ci[knob.name] = (float(max(value - width, knob.low)), float(min(value + width, knob.high)))
         done.append(replace(name, ci=ci, share=max(gains[i], 0.0) / whole))
     return done
 
 
-def left_over(first: Round, last: Round, floor: np.ndarray) -> float:  # type: ignore[type-arg]
+def left_over(first: Round, last: Round, floor: Array) -> float:
     """Missing torque that remains, as a share of what was missing with parameters alone (root mean square, 0 to 1)."""
     before, after = (float(np.sqrt(np.sum(np.maximum(r.torque**2 - floor**2, 0.0)))) for r in (first, last))
     return after / before if before > 0 else 0.0

@@ -11,7 +11,7 @@ import numpy as np
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
-from gsfdi.types import Array, JointRecord
+from gsfdi.types import Array, JointRecord, Mask
 
 COARSE = 0.003
 """Share of the effort below which a misfit of the law is how it was sampled and held rather than what it is."""
@@ -45,29 +45,30 @@ class LawCheck:
     @property
     def holds(self) -> bool:
         """Whether what is left is noise, or too small to matter."""
-        return self.after < max(1.5 * self.noise, 2 * COARSE * self.effort)
+        return bool(self.after < max(1.5 * self.noise, 2 * COARSE * self.effort))
 
 
 @dataclass(frozen=True, slots=True)
-class _Sheet:
+class Sheet:
     """One stretch laid out: effort and the parts of the law, sample by sample."""
 
     t: Array
     effort: Array
     parts: Mapping[str, Array]
-    limited: Array
+    limited: Mask
     growth: Array
+    rate: Array
 
 
 def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) -> LawCheck | None:
-    """Hold the recorded effort against the model's controller; None where there is no law or nothing to hold it against."""
+    """Hold the recorded effort against the model's controller; None where either is missing."""
     law = model.controller
     if law is None or not all("setpoint" in r for r in records):
         return None
-    sheets = [s for r in records if (s := _sheet(r, model, law, 0.0)) is not None]
+    sheets = [s for r in records if (s := sheet_of(r, model, law, 0.0)) is not None]
     if (
         not sheets
-        or 0.5 > law.sample_rate * np.median(np.diff(sheets[0].t))
+        or law.sample_rate * np.median(np.diff(sheets[0].t)) < 0.5
         or law.sample_rate * np.median(np.diff(sheets[0].t)) > 1.5
     ):
         return None
@@ -88,7 +89,7 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
             break
         findings.append(best)
         late = sum(f.values.get("delay_s", 0.0) for f in findings)
-        sheets = [s for r in records if (s := _sheet(r, model, law, late)) is not None]
+        sheets = [s for r in records if (s := sheet_of(r, model, law, late)) is not None]
         left = _left(sheets, findings)
     return LawCheck(before, left, size, noise, tuple(findings))
 
@@ -112,7 +113,7 @@ def _plain(finding: LawFinding) -> bool:
     return finding.term != "controller_derivative" and (finding.share > 0.5 or finding.term == "current_limit")
 
 
-def _sheet(record: JointRecord, model: JointModel, law: Controller, late: float) -> _Sheet | None:
+def sheet_of(record: JointRecord, model: JointModel, law: Controller, late: float) -> Sheet | None:
     """Lay out a stretch whose measurements are stamped `late` [s] too late."""
     t = record.t
     position, velocity = record["position"], measured_velocity(record, model)
@@ -139,10 +140,10 @@ def _sheet(record: JointRecord, model: JointModel, law: Controller, late: float)
     keep = np.isfinite(effort) & good & np.isfinite(error) & np.isfinite(rate) & (t + late <= t[-1])
     parts = {name: values[keep] for name, values in parts.items()}
     limited = np.abs(effort[keep]) >= 0.999 * law.limit
-    return _Sheet(t[keep], effort[keep], parts, limited, np.nan_to_num(growth[keep]))
+    return Sheet(t[keep], effort[keep], parts, limited, np.nan_to_num(growth[keep]), rate[keep])
 
 
-def _commanded(sheet: _Sheet, findings: Sequence[LawFinding]) -> Array:
+def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
     """Effort that the law asks for, less a constant, once the findings are taken into account."""
     ratios = {
         f.term.removeprefix("controller_"): f.values["ratio"] for f in findings if f.term.startswith("controller_")
@@ -160,38 +161,44 @@ def _commanded(sheet: _Sheet, findings: Sequence[LawFinding]) -> Array:
     return np.asarray(total)
 
 
-def _misfits(sheets: Sequence[_Sheet], findings: Sequence[LawFinding]) -> list[Array]:
+def _misfits(sheets: Sequence[Sheet], findings: Sequence[LawFinding]) -> list[Array]:
     """Recorded effort less the law's, the free constant of the integral taken out of every stretch."""
     found = []
     limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), np.inf)
     for sheet in sheets:
-        off = sheet.effort - _commanded(sheet, findings)
+        off = sheet.effort - commanded(sheet, findings)
         free = ~sheet.limited & (np.abs(sheet.effort) < 0.995 * limit)
         off = np.where(free, off, 0.0)
         found.append(np.where(free, off - _level(off, free), 0.0))
     return found
 
 
-def _level(off: Array, free: Array) -> float:
+def level_of(sheet: Sheet, findings: Sequence[LawFinding]) -> float:
+    """Constant that the law's integral began with."""
+    limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), np.inf)
+    return _level(sheet.effort - commanded(sheet, findings), ~sheet.limited & (np.abs(sheet.effort) < 0.995 * limit))
+
+
+def _level(off: Array, free: Mask) -> float:
     return float(np.mean(off[free])) if free.any() else 0.0
 
 
-def _left(sheets: Sequence[_Sheet], findings: Sequence[LawFinding]) -> float:
+def _left(sheets: Sequence[Sheet], findings: Sequence[LawFinding]) -> float:
     """Root mean square of what the law leaves."""
     return float(np.sqrt(np.mean(np.concatenate(_misfits(sheets, findings)) ** 2)))
 
 
-def _hiss(sheets: Sequence[_Sheet]) -> float:
+def _hiss(sheets: Sequence[Sheet]) -> float:
     """White noise of the effort, from its third differences."""
-    third = np.concatenate([np.diff(s.effort - _commanded(s, []), 3) for s in sheets])
-    return 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)
+    third = np.concatenate([np.diff(s.effort - commanded(s, []), 3) for s in sheets])
+    return float(1.4826 * np.median(np.abs(third)) / 20.0**0.5)
 
 
 def _hypotheses(
     records: Sequence[JointRecord],
     model: JointModel,
     law: Controller,
-    sheets: Sequence[_Sheet],
+    sheets: Sequence[Sheet],
     so_far: Sequence[LawFinding],
 ) -> list[LawFinding]:
     """Everything that the law could lack, with what each would gain."""
@@ -207,7 +214,7 @@ def _hypotheses(
     columns: dict[str, list[Array]] = {
         f"controller_{name}": [s.parts[name] for s in sheets] for name in ("proportional", "integral", "derivative")
     }
-    columns["current_gain"] = [_commanded(s, so_far) for s in sheets]
+    columns["current_gain"] = [commanded(s, so_far) for s in sheets]
     for term, parts in columns.items():
         if term in taken:
             continue
@@ -229,7 +236,7 @@ def _hypotheses(
     return found
 
 
-def _step(sheet: _Sheet, misfit: Array, energy: float, gain: object) -> list[LawFinding]:
+def _step(sheet: Sheet, misfit: Array, energy: float, gain: object) -> list[LawFinding]:
     """A bias of the effort's sensor that sets in."""
     total = np.cumsum(misfit)
     n = len(misfit)
@@ -262,7 +269,7 @@ def _late(
     period = 1.0 / law.sample_rate
 
     def rest(late: float) -> float:
-        sheets = [s for r in records if (s := _sheet(r, model, law, late)) is not None]
+        sheets = [s for r in records if (s := sheet_of(r, model, law, late)) is not None]
         return float(sum(m @ m for m in _misfits(sheets, so_far)))
 
     grid = np.array([0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]) * period
@@ -286,7 +293,7 @@ def _late(
     ]
 
 
-def _limit(sheets: Sequence[_Sheet], so_far: Sequence[LawFinding], energy: float, n: int) -> list[LawFinding]:
+def _limit(sheets: Sequence[Sheet], so_far: Sequence[LawFinding], energy: float, n: int) -> list[LawFinding]:
     """A limit that the drive keeps although the law asks for more."""
     effort = np.concatenate([s.effort for s in sheets])
     top = float(np.sort(np.abs(effort))[-3])
@@ -297,7 +304,7 @@ def _limit(sheets: Sequence[_Sheet], so_far: Sequence[LawFinding], energy: float
         trial = LawFinding("current_limit", {"limit_a": limit}, None, 0.0, 0.0, 0.0)
         misfits = _misfits(sheets, [*so_far, trial])
         rest = float(sum(m @ m for m in misfits)) * n / max(n - near.sum(), 1)
-        asked = np.concatenate([_commanded(s, [*so_far, trial]) for s in sheets])
+        asked = np.concatenate([commanded(s, [*so_far, trial]) for s in sheets])
         free = ~near
         asked = asked + float(np.median((effort - asked)[free]))
         if near.sum() < 3 or np.mean(np.abs(asked[near]) > limit) < 0.6:

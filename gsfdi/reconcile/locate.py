@@ -167,7 +167,7 @@ def torque_of(stand: Bench, innovations: Sequence[Array], side: int = 0) -> list
 
 
 def component_of(contests: Sequence[Contest], settled: Settled) -> str | None:
-    """Component in which an unnamed mismatch lies: the controller's, where its law fails, else that of the nearest offers."""
+    """Component of an unnamed mismatch: the controller's where its law fails, else that of the nearest offers."""
     if settled.law is not None and not settled.law.holds:
         return "controller"
     terms = shelf("gsfdi.terms", PhysicsTerm)

@@ -41,7 +41,7 @@ def shifts(hand: Round) -> list[Shift]:
 
 
 def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float, Shift]]:
-    """Each plant parameter moved alone, the others at their nominal values: what it costs beyond moving all, and its shift.
+    """Each plant parameter moved alone, the others nominal: what that costs beyond moving all, and its shift.
 
     Parameters
     ----------

@@ -208,7 +208,7 @@ def _shift_entries(moved: Sequence[Shift]) -> list[dict[str, Any]]:
             "probability": 0.95,
             "parameters": {"ratio": {"value": s.ratio, "ci95": [s.low, s.high]}},
             "onset_s": None,
-            "says": f"a number of the linear model is {100 * (s.ratio - 1):+.1f} % off; no physics is missing on its account.",
+            "says": f"a number of the linear model is {100 * (s.ratio - 1):+.1f} % off; that is no missing physics.",
         }
         for s in moved
     ]

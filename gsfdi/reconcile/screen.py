@@ -1,15 +1,16 @@
 """Every offer against what is left: by linear regression for all of them, by replay for the best."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted, Knob, levenberg
+from gsfdi.fit import Fitted, Knob
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.hand import Round, orthonormal, term_knobs, with_term
 from gsfdi.reconcile.offer import Offer
+from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 
@@ -53,7 +54,7 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
     J = orthonormal(hand)
     r = hand.fitted.residual
     left, times = J.T @ r, stand_times(stand)
-    onsets = np.linspace(0, stand.scales.seconds, ONSETS + 2)[1:-1] if stand.count == 1 else []
+    onsets = list(np.linspace(0, stand.scales.seconds, ONSETS + 2)[1:-1]) if stand.count == 1 else []
     best: dict[int, Entry] = {}
     first = np.cumsum([0, *(len(offer.columns) for offer in candidates)])
     for onset in (None, *onsets):
@@ -89,7 +90,7 @@ def may_always_be(offer: Offer) -> bool:
 def _entry(offer: Offer, onset: float | None, info: Array, score: Array, own: Array) -> Entry | None:
     if np.any(np.diag(info) < 1e-6 * np.diag(own) + 1e-12):
         return None
-    c = np.linalg.solve(info + 1e-9 * np.diag(np.diag(info)), score)
+    c = np.asarray(np.linalg.solve(info + 1e-9 * np.diag(np.diag(info)), score), dtype=np.float64)
     if offer.mix(c) is None:
         return None
     return Entry(offer, onset, c, float(0.5 * score @ c))
@@ -110,14 +111,14 @@ def refit(hand: Round, entry: Entry, rounds: int = 3) -> Entry:
     place = len(model.physics) - 1
     knobs = [*hand.fitted.knobs, *term_knobs(hand.stand, model, place)]
     known = hand.fitted.jacobian
-    fitted = levenberg(hand.misfit, model, knobs, rounds, known=known)
+    fitted = fit_knobs(hand.misfit, model, knobs, rounds, known)
     if entry.onset is not None:
         fitted = refined_onset(hand, fitted, place, hand.stand.scales.seconds / (ONSETS + 1))
     return replace(entry, onset=fitted.model.physics[place].onset, fitted=fitted, gain=hand.fitted.cost - fitted.cost)
 
 
 def refined_onset(hand: Round, fitted: Fitted, place: int, width: float) -> Fitted:
-    """Move the onset of the term at `place` to where it fits best; slopes cannot find it, for it moves by whole samples."""
+    """Move the onset of the term at `place` to where it fits best; slopes cannot, for it moves by whole samples."""
     knob = Knob(place, "onset", 1.0, 0.0, 0.99 * hand.stand.scales.seconds)
     for _ in range(3):
         start = knob.read(fitted.model)
@@ -125,14 +126,13 @@ def refined_onset(hand: Round, fitted: Fitted, place: int, width: float) -> Fitt
         costs = 0.5 * np.sum(hand.misfit(models) ** 2, axis=1)
         model = models[int(np.nanargmin(costs))]
         width /= 4.0
-        fitted = levenberg(hand.misfit, model, fitted.knobs, 1, known=hand.fitted.jacobian)
-    return levenberg(hand.misfit, fitted.model, fitted.knobs, 2, known=hand.fitted.jacobian)
+        fitted = fit_knobs(hand.misfit, model, fitted.knobs, 1, hand.fitted.jacobian)
+    return fit_knobs(hand.misfit, fitted.model, fitted.knobs, 2, hand.fitted.jacobian)
 
 
-def within(term: str, values: dict[str, float] | object) -> dict[str, float]:
+def within(term: str, values: Mapping[str, float]) -> dict[str, float]:
     """`values` brought within the shelf's bounds."""
     shape = shelf("gsfdi.terms", PhysicsTerm)[term]
     return {
-        name: float(np.clip(value, shape.param(name).low, shape.param(name).high))
-        for name, value in dict(values).items()
-    }  # type: ignore[call-overload]
+        name: float(np.clip(value, shape.param(name).low, shape.param(name).high)) for name, value in values.items()
+    }

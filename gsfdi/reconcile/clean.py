@@ -1,0 +1,79 @@
+"""The effort that really acted: recomputed from the controller's law, where the law holds, without its sensor's noise.
+
+Under feedback the recorded effort moves little more than its own noise while the joint rests or glides. An observer
+driven by it sees a joint that answers too weakly, and blames damping or inertia. The law, fed with the recorded
+measurements as the controller was, gives the effort exactly; where no law is known one is learnt, if the recording
+keeps to one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gsfdi.model import Controller, JointModel
+from gsfdi.reconcile.law import LawCheck, LawFinding, commanded, level_of, sheet_of
+from gsfdi.types import JointRecord
+
+EXACT = 1.3
+"""Misfit of a law, over the effort's stated noise, up to which the law is exact."""
+SMOOTH = 2e-3
+"""Misfit of a learnt law, as a share of the effort, where no noise is stated."""
+
+
+def cleaned(records: Sequence[JointRecord], model: JointModel, law: LawCheck | None) -> list[JointRecord] | None:
+    """Records with the law's effort in the place of the recorded one; None where no law is exact."""
+    noise = float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / 12.0**0.5))
+    if law is not None:
+        if law.noise <= 0 or noise <= 0 or law.after > EXACT * noise:
+            return None
+        # wrong gains are in the model's controller already, and a late stamp in the records
+        left = [f for f in law.findings if f.term in ("current_gain", "current_bias", "current_limit")]
+        return [_driven(r, model, left) for r in records]
+    learnt = learn_law(records, model)
+    if learnt is None:
+        return None
+    fake = replace(model, controller=learnt)
+    return [_driven(r, fake, ()) for r in records]
+
+
+def _driven(record: JointRecord, model: JointModel, findings: Sequence[LawFinding]) -> JointRecord:
+    """Give `record` with the effort that its law asks for, as a noiseless sensor would log it."""
+    assert model.controller is not None
+    sheet = sheet_of(record, model, model.controller, 0.0)
+    if sheet is None:
+        return record
+    asked = commanded(sheet, findings)
+    asked = asked + level_of(sheet, findings)
+    limit = min([model.controller.limit, *(f.values["limit_a"] for f in findings if f.term == "current_limit")])
+    effort = np.interp(record.t, sheet.t, np.clip(asked, -limit, limit))
+    return replace(record, channels={**record.channels, record.effort: effort}, valid={})
+
+
+def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller | None:
+    """Find the law that the recorded effort keeps to, or None."""
+    if model.controller is not None or not all("setpoint" in r for r in records):
+        return None
+    rate = float(1.0 / np.median(np.diff(records[0].t)))
+    unit = Controller(1.0, 1.0, 1.0, rate)
+    rows, efforts, blocks = [], [], []
+    for record in records:
+        sheet = sheet_of(record, model, unit, 0.0)
+        if sheet is None:
+            return None
+        fast = sheet.rate
+        columns = [sheet.parts["proportional"], sheet.parts["integral"], fast - sheet.parts["derivative"], fast]
+        rows.append(np.column_stack([c - c.mean() for c in columns]))
+        efforts.append(sheet.effort - sheet.parts["feedforward"])
+        blocks.append(efforts[-1] - efforts[-1].mean())
+    X, y = np.concatenate(rows), np.concatenate(blocks)
+    scale = np.maximum(np.sqrt(np.mean(X**2, axis=0)), 1e-300)
+    gains = np.linalg.lstsq(X / scale, y, rcond=1e-9)[0] / scale
+    left = float(np.sqrt(np.mean((y - X @ gains) ** 2)))
+    noise = float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / 12.0**0.5))
+    if left > (EXACT * noise if noise > 0 else SMOOTH * float(np.sqrt(np.mean(y**2)))):
+        return None
+    kp, ki, kd, ahead = (float(g) for g in gains)
+    if -kd <= 0 or kp <= 0:
+        return None
+    return Controller(kp, ki, -kd, rate, ahead / -kd)

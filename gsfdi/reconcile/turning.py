@@ -1,0 +1,77 @@
+"""Fits that mind what no recording can tell: the gauge of torque, and a parameter written twice.
+
+Scaling torque constant, inertias, stiffness and every friction by one number leaves input and output as they were, so
+a fit by differences of replays wanders along that valley at random; its floor, where the priors are best kept, is
+found in closed form. A change of a parameter that is a term of its own leaves nothing for the parameter's knob to say.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gsfdi.fit import Fitted, Knob, Misfit, levenberg, turned
+from gsfdi.model import JointModel
+from gsfdi.motion import PhysicsTerm
+from gsfdi.registry import shelf
+from gsfdi.types import Array
+
+REACH = 0.08
+"""Farthest that a nominal parameter may be off before that is a change with a name of its own, as a share."""
+
+
+def fit_knobs(
+    misfit: Misfit, model: JointModel, knobs: Sequence[Knob], rounds: int, known: Array | None = None
+) -> Fitted:
+    """Fit `knobs`, those of changed parameters held at their nominal values, and settle the gauge."""
+    knobs = [_held(knob, model) for knob in knobs]
+    return balanced(misfit, levenberg(misfit, model, knobs, rounds, known=known))
+
+
+def _held(knob: Knob, model: JointModel) -> Knob:
+    """Give a plant's knob its bounds: none to move where a term of the model changes its parameter."""
+    if knob.place != -1 or knob.prior is None:
+        return knob
+    changed = any(use.term == f"{knob.name}_change" and use.onset is None for use in model.physics)
+    reach = 0.0 if changed else REACH
+    return replace(knob, low=(1 - reach) * knob.prior, high=(1 + reach) * knob.prior)
+
+
+def balanced(misfit: Misfit, fitted: Fitted) -> Fitted:
+    """Scale everything that is a torque so that the priors are kept best; the innovations do not notice."""
+    scales = np.array([_is_torque(knob, fitted.model) for knob in fitted.knobs], dtype=np.bool_)
+    names = {knob.name for knob in fitted.knobs if knob.place == -1}
+    if "torque_constant" not in names or not scales.any():
+        return fitted
+    rows = [i for i, k in enumerate(fitted.knobs) if scales[i] and k.prior is not None and k.high > k.low]
+    if not rows:
+        return fitted
+    v = fitted.values[rows]
+    p = np.array([fitted.knobs[i].prior for i in rows], dtype=np.float64)
+    d = np.array([fitted.knobs[i].doubt for i in rows])
+    factor = float(np.sum(v * p / d**2) / np.sum(v**2 / d**2))
+    low, high = (np.array([getattr(k, end) for k in fitted.knobs]) for end in ("low", "high"))
+    values = np.where(scales & (high > low), fitted.values * factor, fitted.values)
+    if abs(factor - 1) < 1e-5 or np.any(values < low) or np.any(values > high):
+        return fitted
+    residual = misfit([turned(fitted.model, fitted.knobs, values)])[0]
+    penalty = [(x - k.prior) / k.doubt for x, k in zip(values, fitted.knobs, strict=True) if k.prior is not None]
+    cost = 0.5 * float(residual @ residual) + 0.5 * float(np.sum(np.square(penalty)))
+    if not cost < fitted.cost:
+        return fitted
+    return replace(
+        fitted, model=turned(fitted.model, fitted.knobs, values), values=values, cost=cost, residual=residual
+    )
+
+
+def _is_torque(knob: Knob, model: JointModel) -> bool:
+    """Whether a knob scales with the unit of torque."""
+    if knob.place < 0:
+        return knob.place == -1
+    use = model.physics[knob.place]
+    if use.term.endswith("_change"):
+        return use.onset is None and knob.name == "ratio"
+    if knob.name == "onset":
+        return False
+    unit = shelf("gsfdi.terms", PhysicsTerm)[use.term].param(knob.name).unit
+    return "N m" in unit or unit == "kg m²"
