@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gsfdi.options import LEVELS
 from gsfdi.toml_lines import Place, read
 
 SCHEMA = "gsfdi/nightly/1"
@@ -64,7 +65,6 @@ class Night:
     reports: tuple[str, ...] = ()
 
 
-LEVELS = ("warning", "distress", "critical")
 YEAR = 366.0
 
 

@@ -18,6 +18,7 @@ from gsfdi.errors import BaselineError, UnusableInputError
 from gsfdi.modelfile import load_models
 from gsfdi.pipeline import analyze as analyzing
 from gsfdi.pipeline import baseline as learning
+from gsfdi.pipeline import watching
 from gsfdi.pipeline.analyze import analyze, common, together
 from gsfdi.pipeline.baseline import baseline, load
 from gsfdi.pipeline.cause import cause, healthy
@@ -120,7 +121,7 @@ def test_pieces_and_processes_do_not_change_a_verdict(
 ) -> None:
     monkeypatch.setattr(analyzing, "LARGE", 0 if jobs > 1 else 1 << 40)
     if jobs == 1:
-        monkeypatch.setattr(analyzing, "PIECE", 40_000)
+        monkeypatch.setattr(watching, "PIECE", 40_000)
     analyze([str(NIGHT)], store=store, out=tmp_path, crew=Crew(jobs))
     again, first = without_the_clock(tmp_path), without_the_clock(night)
     for one, other in zip(again["joints"], first["joints"], strict=True):

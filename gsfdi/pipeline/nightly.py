@@ -22,15 +22,17 @@ import filelock
 
 from gsfdi import ingest as reading
 from gsfdi.atomic import sync_folder, write_text
-from gsfdi.config import LEVELS, Night
+from gsfdi.config import Night
 from gsfdi.errors import GsfdiError, LockedError, UnusableInputError
 from gsfdi.modelfile import load_models
-from gsfdi.pipeline.analyze import LARGE, analyze, baseline_of
+from gsfdi.options import LEVELS
+from gsfdi.pipeline.analyze import LARGE, analyze
 from gsfdi.pipeline.baseline import load
 from gsfdi.pipeline.cause import healthy
 from gsfdi.pipeline.ingest import ingest
 from gsfdi.pipeline.outcome import Outcome, by_joint, mappings_of, need
 from gsfdi.pipeline.reconcile import Question, solve
+from gsfdi.pipeline.watching import baseline_of
 from gsfdi.types import Problem
 from gsfdi.workers import Crew, Report, silent
 

@@ -1,0 +1,209 @@
+"""The joints of a batch, watched as it streams by: one pass over the files, one piece in memory."""
+
+from collections import deque
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from queue import Queue
+
+from gsfdi import ingest as reading
+from gsfdi.baseline import Baseline, JointBaseline, part_of
+from gsfdi.diagnosis import Limits, assess, unjudged
+from gsfdi.mapping import Mapping as LogMapping
+from gsfdi.modelfile import Models
+from gsfdi.overview import Overview
+from gsfdi.pipeline.outcome import key_of
+from gsfdi.types import JointRecord, Problem, Verdict
+
+PIECE = 400_000
+"""Values of all channels that are read at a time."""
+RECENT = 20_000
+"""Samples at least that reconcile is given of a long batch."""
+SAMPLES = 30_000
+"""Samples that go to the detectors at a time, five minutes at 100 Hz: they work with a kilobyte and more for each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """The part of an analysis that one process does.
+
+    Parameters
+    ----------
+    paths : tuple of Path
+        Files of the batch.
+    mappings : tuple of Mapping
+        How odd logs are read.
+    joints : tuple of str
+        Joints wanted; all if empty.
+    number, of : int
+        This share takes every `of`-th joint of the baseline, from `number`; the first also takes all unknown joints.
+    baseline : Baseline
+        What the joints are judged against.
+    models : Models or None
+        What the joints are built like, for reconcile to name a cause where no known fault does.
+    now : datetime
+        When the analysis is.
+    stale_after_s : float or None
+        Age from which telemetry is stale [s].
+    """
+
+    paths: tuple[Path, ...]
+    mappings: tuple[LogMapping, ...]
+    joints: tuple[str, ...]
+    number: int
+    of: int
+    baseline: Baseline
+    models: Models | None
+    now: datetime
+    stale_after_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What came of one joint."""
+
+    key: str
+    verdict: Verdict
+    record: JointRecord
+
+
+def watch(share: Share) -> tuple[list[Judged], list[Problem], dict[str, str]]:
+    """Stream the batch once and judge the joints of this share.
+
+    Parameters
+    ----------
+    share : Share
+        Files and joints.
+
+    Returns
+    -------
+    list of Judged, list of Problem, dict of str to str
+        A verdict and an overview of each joint, what went wrong, and the files' hashes.
+    """
+    problems: list[Problem] = []
+    hashes: dict[str, str] = {}
+    desks: dict[str, Desk] = {}
+    with ThreadPoolExecutor(max_workers=1024) as threads:
+        try:
+            for batch in reading.stream(share.paths, share.mappings, share.joints, PIECE):
+                problems += batch.problems
+                for record in batch.records:
+                    hashes[record.source] = record.sha256
+                    known = baseline_of(share.baseline, record)
+                    if _mine(share, known):
+                        key = key_of(record)
+                        if key not in desks:
+                            desks[key] = Desk(key, record, known, share, threads)
+                        desks[key].take(record)
+        finally:
+            for desk in desks.values():
+                desk.close()
+        return [desk.judged() for desk in desks.values()], problems, hashes
+
+
+def _limits(share: Share) -> tuple[Limits, int | None]:
+    """Where verdicts change, and the time by which telemetry can be stale."""
+    if share.stale_after_s is None:
+        return Limits(), None
+    return Limits(stale_after_s=share.stale_after_s), round(share.now.timestamp() * 1e9)
+
+
+class Desk:
+    """Where one joint's pieces go: a detector battery that pulls them runs in a thread of its own.
+
+    The stream gives pieces of all joints in turn while the battery wants those of one. Each piece is worked off before
+    the next is read, so that memory holds one, however many joints there are; the threads only take turns.
+    """
+
+    def __init__(
+        self,
+        key: str,
+        first: JointRecord,
+        baseline: JointBaseline | None,
+        share: Share,
+        threads: ThreadPoolExecutor,
+    ) -> None:
+        self._key, self._first = key, first
+        self._overview = Overview()
+        self._recent: deque[JointRecord] = deque()
+        self._queue: Queue[JointRecord | None] = Queue()
+        self._verdict: Future[Verdict] | None = None
+        if baseline is not None:
+            self._verdict = threads.submit(self._judge, baseline, share)
+
+    def take(self, piece: JointRecord) -> None:
+        """Pass on one more piece, and wait until it is worked off."""
+        self._overview.add(piece)
+        if self._verdict is not None:
+            for start in range(0, len(piece.t), SAMPLES):
+                part = part_of(piece, start, start + SAMPLES)
+                self._recent.append(part)
+                while sum(len(one.t) for one in self._recent) - len(self._recent[0].t) >= RECENT:
+                    self._recent.popleft()
+                self._queue.put(part)
+                self._queue.join()
+
+    def close(self) -> None:
+        """Say that there are no more."""
+        self._queue.put(None)
+
+    def judged(self) -> Judged:
+        """Wait for the verdict."""
+        if self._verdict is None:
+            says = (
+                f"{self._first.joint}: no baseline was learnt for this joint; run gsfdi baseline on fault-free batches"
+            )
+            verdict = unjudged(self._first.joint, "not_assessed", says)
+        else:
+            verdict = self._verdict.result()
+        return Judged(self._key, verdict, self._overview.record())
+
+    def _judge(self, baseline: JointBaseline, share: Share) -> Verdict:
+        pieces = self._pieces()
+        limits, now_ns = _limits(share)
+        try:
+            return assess(
+                pieces, baseline, limits=limits, now_ns=now_ns, explain=lambda: self._cause(baseline, share.models)
+            )
+        finally:
+            for _ in pieces:  # whoever fills the queue must not wait for ever, whatever went wrong here
+                pass
+
+    def _cause(self, baseline: JointBaseline, models: Models | None) -> Mapping[str, object] | None:
+        """What reconcile makes of the latest part of the batch, where there is a model file to start from."""
+        if models is None or not self._recent:
+            return None
+        from gsfdi.pipeline.cause import cause  # reconcile is a second to load, which a quiet night need not wait for
+
+        whole = Overview()
+        for part in self._recent:
+            whole.add(part)
+        return cause([whole.record()], baseline, models.for_joint(self._first.joint))
+
+    def _pieces(self) -> Iterator[JointRecord]:
+        while (piece := self._queue.get()) is not None:
+            yield piece
+            self._queue.task_done()
+
+
+def baseline_of(baseline: Baseline, record: JointRecord) -> JointBaseline | None:
+    """Find what is known of a record's joint: of its robot, else of the only joint of that name.
+
+    Parameters
+    ----------
+    baseline : Baseline
+        All that is known.
+    record : JointRecord
+        Telemetry; canonical files of other programs name no robot.
+    """
+    exact = baseline.joints.get(key_of(record))
+    alike = [one for one in baseline.joints.values() if one.joint == record.joint]
+    return exact or (alike[0] if len(alike) == 1 else None)
+
+
+def _mine(share: Share, known: JointBaseline | None) -> bool:
+    if known is None:
+        return share.number == 0
+    return list(share.baseline.joints.values()).index(known) % share.of == share.number
