@@ -26,6 +26,7 @@ def truth(**changed: Any) -> dict[str, Any]:
         "axis": "rotary",
         "effects": [effect],
         "known": ["viscous_friction"],
+        "known_off": ["viscous_friction"],
         "nominal_off": {"torque_constant_change": 1.04, "stiffness_change": 0.97},
         "seconds": 100.0,
         "scales": {"reach": 0.5},

@@ -1,15 +1,15 @@
 """Cases: a joint, what acts in it, a motion, and the two files a tool is given of it; the truth is kept apart."""
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from gsfdi.proof import motions
-from gsfdi.proof.joints import MUJOCO_SHAPE, known_friction, nominal_of, shape_for, varied
+from gsfdi.proof.joints import MUJOCO_SHAPE, Shape, known_friction, nominal_of, shape_for, varied
 from gsfdi.proof.kinds import KINDS, PARAMETERS, Kind, equivalents
 from gsfdi.proof.mujoco_world import run_mujoco
 from gsfdi.proof.sizes import SIZES, Rng, Scales, faulty_controller
@@ -60,7 +60,7 @@ class Case:
     controller_told: bool
     scales: Scales
     withheld: tuple[str, ...] = ()
-    limits: Mapping[str, float] = field(default_factory=dict)
+    wrong_gains: tuple[Effect, ...] = ()
 
     def runs(self, world: World | None = None, *, noisy: bool = True) -> list[Array]:
         """Traces of each motion, in this case's world or in another with the same noise."""
@@ -105,32 +105,14 @@ def draw(design: Design, seed: int) -> Case:
     kinds = [KINDS[name] for name in design.kinds]
     shape = MUJOCO_SHAPE if design.group == "mujoco" else shape_for(kinds, rng)
     joint = shape.joint if rng.random() < 0.5 else varied(shape.joint, rng)
-    warm = any(kind.name == "temperature_dependent_friction" for kind in kinds)
-    senses = any(kind.name.startswith("velocity_") for kind in kinds)
-    telemetry = Telemetry(
-        motor_velocity=senses or rng.random() < 0.7,
-        setpoint_rate=rng.random() < 0.8,
-        temperature=warm or rng.random() < 0.3,
-        lost=float(rng.uniform(0.005, 0.04)) if rng.random() < 0.15 else 0.0,
-    )
+    telemetry = _telemetry(kinds, rng)
     jitter = 0.15 if rng.random() < 0.1 and design.group != "mujoco" else 0.0
     if rng.random() < 0.1 and design.kinds != ("quantisation",):
         joint = replace(joint, position_resolution=8 * joint.position_noise)
-    calm = 0.04 if design.group == "little" else 1.0
-    seconds = float(rng.uniform(*shape.seconds))
-    several = 2 if rng.random() < 0.15 and design.group != "mujoco" else 1
-    moved = tuple(
-        _placed(
-            motions.draw(
-                rng, seconds / several**0.5, joint.sample_rate, calm * shape.reach, calm * shape.speed, jitter
-            ),
-            joint,
-            rng,
-        )
-        for _ in range(several)
-    )
+    moved = _motions(design, shape, joint, jitter, rng)
     if rng.random() < 0.12:
-        telemetry = replace(telemetry, gap=(0.45 * seconds / several**0.5, 0.5 * seconds / several**0.5))
+        last = moved[0].t[-1]
+        telemetry = replace(telemetry, gap=(0.45 * last, 0.5 * last))
     scales = scales_of(World(joint), moved)
     known = known_friction(kinds, shape, joint, scales, rng)
     scales = replace(scales, peak_effort=scales_of(World(joint, known), moved).peak_effort)
@@ -151,8 +133,35 @@ def draw(design: Design, seed: int) -> Case:
         controller_told=told or rng.random() < 0.85,
         scales=scales,
         withheld=tuple(e.term for e in effects) if design.group == "withheld" else (),
-        limits={e.term: e.values.get("ratio", math.nan) for e in effects if e.term.startswith("controller_")},
+        wrong_gains=tuple(effect for effect in effects if effect.term.startswith("controller_")),
     )
+
+
+def _telemetry(kinds: list[Kind], rng: Rng) -> Telemetry:
+    """Draw what the log holds and loses; what a kind cannot do without is there."""
+    warm = any(kind.name == "temperature_dependent_friction" for kind in kinds)
+    senses = any(kind.name.startswith("velocity_") for kind in kinds)
+    return Telemetry(
+        motor_velocity=senses or rng.random() < 0.7,
+        setpoint_rate=rng.random() < 0.8,
+        temperature=warm or rng.random() < 0.3,
+        lost=float(rng.uniform(0.005, 0.04)) if rng.random() < 0.15 else 0.0,
+    )
+
+
+def _motions(design: Design, shape: Shape, joint: Joint, jitter: float, rng: Rng) -> tuple[Motion, ...]:
+    """Draw one motion, or two shorter ones; a rotary joint may begin anywhere."""
+    calm = 0.04 if design.group == "little" else 1.0
+    seconds = float(rng.uniform(*shape.seconds))
+    several = 2 if rng.random() < 0.15 and design.group != "mujoco" else 1
+    moved = []
+    for _ in range(several):
+        motion = motions.draw(
+            rng, seconds / several**0.5, joint.sample_rate, calm * shape.reach, calm * shape.speed, jitter
+        )
+        start = rng.uniform(-0.4, 0.4) if joint.axis == "rotary" else 0.0
+        moved.append(replace(motion, setpoint=motion.setpoint + start))
+    return tuple(moved)
 
 
 def _bearable(
@@ -187,11 +196,6 @@ def _tracking(world: World, moved: tuple[Motion, ...]) -> float:
     return peak if np.isfinite(peak) else math.inf
 
 
-def _placed(motion: Motion, joint: Joint, rng: Rng) -> Motion:
-    """Let a rotary joint begin anywhere."""
-    return replace(motion, setpoint=motion.setpoint + (rng.uniform(-0.4, 0.4) if joint.axis == "rotary" else 0.0))
-
-
 def write_files(case: Case, folder: Path) -> list[str]:
     """Write what the tool may see: recordings and nominal model, under names that say nothing."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -207,20 +211,12 @@ def write_files(case: Case, folder: Path) -> list[str]:
 
 def truth_of(case: Case) -> dict[str, object]:
     """Give what the seal holds of a case: what acts and where, what is merely off, what no data could tell apart."""
-    joint, told = (
-        case.world.joint,
-        {"controller": case.controller_told, "motor_velocity": case.telemetry.motor_velocity},
-    )
+    joint = case.world.joint
+    given = {"controller": case.controller_told, "motor_velocity": case.telemetry.motor_velocity}
     kinds = [KINDS[name] for name in case.design.kinds]
-    acting = [*case.world.effects]
-    acting += [Effect(term, {"ratio": ratio}) for term, ratio in case.limits.items()]
-    off = {
-        term: getattr(joint, name) / getattr(case.nominal, name)
-        for term, name in zip(
-            PARAMETERS, ("torque_constant", "motor_inertia", "output_inertia", "stiffness"), strict=True
-        )
-        if getattr(joint, name) != getattr(case.nominal, name)
-    }
+    acting = (*case.world.effects, *case.wrong_gains)
+    numbers = {term: (getattr(joint, name), getattr(case.nominal, name)) for term, name in PARAMETERS.items()}
+    known_off = [a.term for a, b in zip(case.world.known, case.nominal_known, strict=True) if a.values != b.values]
     return {
         "group": case.design.group,
         "kinds": list(case.design.kinds),
@@ -237,14 +233,15 @@ def truth_of(case: Case) -> dict[str, object]:
                 "side": effect.side,
                 "parameters": {name: float(value) for name, value in effect.values.items()},
                 "onset_s": effect.onset,
-                "equivalents": list(equivalents(joint, effect, told)),
+                "equivalents": list(equivalents(joint, effect, given)),
             }
             for kind, effect in zip(kinds, acting, strict=True)
         ],
         "known": [effect.term for effect in case.world.known],
-        "nominal_off": {name: float(value) for name, value in off.items()},
+        "known_off": known_off,
+        "nominal_off": {term: float(true / told) for term, (true, told) in numbers.items() if true != told},
         "withheld": list(case.withheld),
-        "told": told,
+        "told": given,
         "seconds": case.scales.seconds,
         "scales": asdict(case.scales),
     }

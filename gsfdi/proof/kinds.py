@@ -36,8 +36,13 @@ from gsfdi.proof.sizes import (
 )
 from gsfdi.proof.world import Effect, Joint
 
-PARAMETERS = ("torque_constant_change", "motor_inertia_change", "output_inertia_change", "stiffness_change")
-"""Terms that change a number of the linear model and add no physics."""
+PARAMETERS = {
+    "torque_constant_change": "torque_constant",
+    "motor_inertia_change": "motor_inertia",
+    "output_inertia_change": "output_inertia",
+    "stiffness_change": "stiffness",
+}
+"""Terms that change a number of the linear model and add no physics, and that number."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 What counts, decided before any answer was seen:
 
-- Names that only correct a number of the nominal model that really is off (`nominal_off`, known friction) are neither
+- Names that only correct a number of the nominal model that really is off (`nominal_off`, `known_off`) are neither
   right nor wrong: they are set aside before the first name is read. Naming a number that is not off is a discovery.
 - The first name is right when it is the true term; an equivalent (`kinds.EQUIVALENT`) covers, but is not right.
 - The set is every name given, and whatever the answer lists as indistinguishable from one of them.
@@ -135,10 +135,7 @@ def _sham(effect: Mapping[str, Any]) -> bool:
 
 def names(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> list[str]:
     """Terms the answer names, in its order, without those that correct numbers which really are off."""
-    acting = {effect["term"] for effect in truth["effects"]}
-    aside = ({*truth["nominal_off"]} | {*truth["known"]}) - acting
-    if truth["known"]:
-        aside |= {"viscous_friction", "coulomb_friction"} & {*truth["known"]}
+    aside = {*truth["nominal_off"], *truth["known_off"]} - {effect["term"] for effect in truth["effects"]}
     given = [str(entry["term"]) for entry in joint.get("omitted_physics", [])]
     return list(dict.fromkeys(name for name in given if name not in aside and not name.startswith("controller_")))
 
