@@ -22,17 +22,27 @@ def main() -> None:
     ask.add_argument("--each", type=int, default=8, help="cases per kind, over four sizes")
     ask.add_argument("--nulls", type=int, default=100)
     ask.add_argument("--doubles", type=int, default=40)
+    ask.add_argument("--unknown", type=int, default=4, help="cases per invention")
+    ask.add_argument("--minutes", type=float, default=float("inf"), help="begin no case later than this")
     ask.add_argument("--jobs", type=int, default=2)
     ask.add_argument("--out", type=Path, default=HERE / "proof")
     given = ask.parse_args()
-    designs = full(given.seed, each=given.each, nulls=given.nulls, doubles=given.doubles)
+    designs = full(given.seed, each=given.each, nulls=given.nulls, doubles=given.doubles, unknown=given.unknown)
     started = time.time()
 
     def progress(done: int, total: int, what: str) -> None:
         if done % 10 == 0:
             print(f"{time.time() - started:6.0f} s  {what}: {done} of {total}", flush=True)
 
-    result = prove(designs, seed=given.seed, out=given.out, jobs=given.jobs, progress=progress, say=print)
+    result = prove(
+        designs,
+        seed=given.seed,
+        out=given.out,
+        jobs=given.jobs,
+        progress=progress,
+        say=print,
+        seconds=60 * given.minutes,
+    )
     for name, figure in result["figures"].items():
         if isinstance(figure, dict) and "rate" in figure:
             low, high = figure["ci95"]

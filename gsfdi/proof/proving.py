@@ -5,6 +5,8 @@ A proof that was cut short goes on where it stopped, when it is asked again for 
 
 import hashlib
 import json
+import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
@@ -39,6 +41,7 @@ def prove(
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
     say: Callable[[str], None] = lambda line: None,
     tool: Sequence[str] = TOOL,
+    seconds: float = math.inf,
 ) -> dict[str, Any]:
     """Prove reconcile on concealed cases, or go on with a proof that was cut short.
 
@@ -58,6 +61,9 @@ def prove(
         Told the hash of the seal before the first case is analysed.
     tool : sequence of str
         Module and arguments of the tool on trial.
+    seconds : float
+        No case is begun later than this after the seal; the order of the cases is random, so that those reached are a
+        fair sample of all.
 
     Returns
     -------
@@ -72,7 +78,7 @@ def prove(
             truths[name], inputs[name] = truth, hashes
     sealed = Sealed(truths, salt=hashlib.sha256(f"salt {seed}".encode()).hexdigest())
     say(f"{len(named)} cases sealed: SHA-256 {put(out, sealed, inputs)}")
-    answer_all(named, inputs, out / "answers", jobs, progress, tool)
+    answer_all(named, inputs, out / "answers", jobs, progress, tool, time.monotonic() + seconds)
     write_text(out / "truth.json", sealed.text)
     result = scored(out)
     write_text(out / "proof.json", spelled(result) + "\n")  # kept, whatever comes of what follows
@@ -128,8 +134,9 @@ def answer_all(
     jobs: int,
     progress: Callable[[int, int, str], None],
     tool: Sequence[str],
+    latest: float,
 ) -> None:
-    """Put every case before the tool, `jobs` at a time."""
+    """Put every case before the tool, `jobs` at a time, in the order of their names, until the clock is at `latest`."""
     answers.mkdir(parents=True, exist_ok=True)
     desks: SimpleQueue[Desk] = SimpleQueue()
     all_desks = [Desk(tool) for _ in range(jobs)]
@@ -138,7 +145,7 @@ def answer_all(
 
     def one(name: str) -> None:
         design, at = named[name]
-        if (answers / f"{name}.json").exists():
+        if (answers / f"{name}.json").exists() or time.monotonic() > latest:
             return
         desk = desks.get()
         try:
