@@ -185,7 +185,8 @@ def test_no_progress_bar_where_there_is_no_terminal(gsfdi: Callable[..., Said], 
 @pytest.mark.parametrize("signal", [2, 15])
 def test_an_interrupt_is_one_line(signal: int) -> None:
     code = (
-        "import sys, time, gsfdi.cli as c, gsfdi.pipeline.terms as t\n"
+        "import signal, sys, time, gsfdi.cli as c, gsfdi.pipeline.terms as t\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background jobs ignore it
         "t.terms = lambda names: (print('on', flush=True), time.sleep(60))\n"
         "sys.argv[1:] = ['terms']; c.main()"
     )
