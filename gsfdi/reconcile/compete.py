@@ -26,7 +26,7 @@ from gsfdi.types import Array
 
 FINALISTS = 6
 MATERIAL = 2e-3
-"""Share of the drive's torque below which an effect is not worth a name, however sure: it may be the simulator's own."""
+"""Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
 TRIVIAL = 0.02
 """Share of the missing torque below which no further term is looked for."""
 SURE = 0.995

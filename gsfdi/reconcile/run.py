@@ -23,8 +23,10 @@ from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
 
-REMAINS = 0.25
+REMAINS = 0.12
 """Share of the missing torque (root mean square) that may remain when a mismatch is called explained."""
+MANY = 3
+"""Terms from which an explanation must fit better to be believed: enough of them imitate anything."""
 MATERIAL = 0.01
 """Share of the drive's torque below which a mismatch without a name is not worth reporting."""
 
@@ -220,7 +222,8 @@ def _verdict(case: _Case, entries: Sequence[Mapping[str, Any]], left: float, rem
     material = remains > max(MATERIAL, 3 * known)
     if not entries:
         return "unexplained" if material else "no_mismatch"
-    if not material or left <= REMAINS:
+    allowed = REMAINS if len(case.found) < MANY else 0.4 * REMAINS
+    if not material or left <= allowed:
         return "explained"
     return "partly_explained" if left < 0.9 else "unexplained"
 
