@@ -37,12 +37,11 @@ class Concealment:
     visible: float
 
 
-def _noise(case: Case) -> Array:
+def _noise(case: Case, spread: Array) -> Array:
     """Spread of what sensor noise does to position, motor speed and effort, directly and through the loop."""
-    spread = [a[:, :3] - b[:, :3] for a, b in zip(case.runs(), case.runs(noisy=False), strict=True)]
     joint = case.world.joint
     floor = np.maximum([joint.position_resolution, joint.motor_velocity_resolution, joint.effort_resolution], 1e-12)
-    noise: Array = np.maximum(np.vstack(spread).std(axis=0), floor * 12**-0.5)
+    noise: Array = np.maximum(spread.std(axis=0), floor * 12**-0.5)
     return noise
 
 
@@ -69,14 +68,18 @@ def _probes(case: Case, world: World, joint: Joint) -> list[tuple[World, float]]
     return worlds
 
 
-def concealment(case: Case) -> Concealment:
-    """Measure how well the effect of a case hides."""
+def concealment(case: Case) -> tuple[Concealment, dict[str, float]]:
+    """Measure how well the effect of a case hides, and the oracle's misfit.
+
+    The oracle is the true world run without noise: what it leaves of the recordings (RMS by column) no model can beat.
+    """
     clean = case.world.without()
     if any(KINDS[name].family == "controller" for name in case.design.kinds):
         clean = replace(clean, joint=tuned(case.world.joint, _believed_gains(case)))
-    noise = _noise(case)
     with_it, without = case.runs(), case.runs(clean)
     quiet, still = case.runs(noisy=False), case.runs(clean, noisy=False)
+    spread = np.vstack([a[:, :3] - b[:, :3] for a, b in zip(with_it, quiet, strict=True)])
+    noise = _noise(case, spread)
     change = _logged(case, quiet, noise) - _logged(case, still, noise)
     parameter = any(KINDS[name].family == "parameter" for name in case.design.kinds)
     if not parameter and case.design.kinds:
@@ -92,18 +95,11 @@ def concealment(case: Case) -> Concealment:
     error, before = (float(np.std(np.concatenate([r[:, 0] for r in runs]) - setpoint)) for runs in (with_it, without))
     rms = np.sqrt(np.mean(delta[:, :4] ** 2, axis=0)) / np.array([*noise, noise[0]])
     position, speed, effort, windup = (float(x) for x in rms)
-    return Concealment(error / before - 1.0, position, speed, effort, windup, float(np.linalg.norm(change)))
+    hidden = Concealment(error / before - 1.0, position, speed, effort, windup, float(np.linalg.norm(change)))
+    names = ("position", "motor_velocity", case.world.joint.effort)
+    left = np.sqrt(np.mean(spread**2, axis=0))
+    return hidden, {CHANNELS[name].column(case.world.joint.axis): float(left[k]) for k, name in enumerate(names)}
 
 
 def _believed_gains(case: Case) -> dict[str, float]:
     return {name: getattr(case.nominal, name) for name in ("proportional", "integral", "derivative")}
-
-
-def oracle(case: Case) -> dict[str, float]:
-    """RMS difference by column between the recordings and the true world run without noise: what no model can beat."""
-    joint = case.world.joint
-    spread = np.vstack([a[:, :3] - b[:, :3] for a, b in zip(case.recorded(), case.recorded(noisy=False), strict=True)])
-    names = ("position", "motor_velocity", joint.effort)
-    return {
-        CHANNELS[name].column(joint.axis): float(np.sqrt(np.mean(spread[:, k] ** 2))) for k, name in enumerate(names)
-    }

@@ -34,13 +34,13 @@ LAW = ("proportional", "integral", "derivative", "rate_feedforward", "limit")
 TRACES = ("position", "motor_velocity", "effort", "windup", "motor_angle", "joint_velocity", "command")
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def rounded(value: float, grain: float) -> float:
     """Round to a multiple of the grain, if there is one."""
     return round(value / grain) * grain if grain > 0.0 else value
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def sense(p: Array, plant: Array, s: Array, noise: Array, resolution: Array) -> tuple[float, float]:
     """Measure joint angle and motor speed."""
     y = p[Y_GAIN, 0] * s[XL] + p[Y_BIAS, 0] + noise[0]
@@ -50,7 +50,7 @@ def sense(p: Array, plant: Array, s: Array, noise: Array, resolution: Array) -> 
     return rounded(y, max(resolution[0], p[STEP, 0])), rounded(w, resolution[1])
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def arriving(t: Array, sent: Array, k: int, place: int, now: float, h: float, delay: float) -> tuple[int, float]:
     """Mean over the step of the late command that acts in it, and the tick that sent it (searched from `place` on)."""
     old = sent[place - 1] if place > 0 else 0.0
@@ -61,7 +61,7 @@ def arriving(t: Array, sent: Array, k: int, place: int, now: float, h: float, de
     return place, share * sent[place] + (1.0 - share) * old
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def integrate(
     t: Array,
     setpoint: Array,

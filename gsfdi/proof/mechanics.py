@@ -58,7 +58,7 @@ ELEMENTS = 12  # slip elements in a stack; their yield points spread over the ex
 _EDGES = -np.log(1.0 - (np.arange(ELEMENTS) + 0.5) / ELEMENTS)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def slide(stack: Array, move: float, torque: float, reach: float) -> float:
     """Move a stack of slip elements by `move` and return its torque; the virgin curve is torque (1 - e^(-x/reach)).
 
@@ -72,7 +72,7 @@ def slide(stack: Array, move: float, torque: float, reach: float) -> float:
     return total * torque / (reach * ELEMENTS)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def stop_by_friction(v: float, impulse_up: float, impulse_down: float) -> float:
     """Speed left after dry friction has taken at most its impulse (per inertia) in either direction of motion."""
     if v > impulse_up:
@@ -82,7 +82,7 @@ def stop_by_friction(v: float, impulse_up: float, impulse_down: float) -> float:
     return 0.0
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def dry_level(v: float, coulomb: float, excess: float, speed: float, more: float, heavy: bool) -> tuple[float, float]:
     """Friction level against motion up and down; `heavy` swaps the Gaussian Stribeck curve for a Lorentzian one."""
     level = coulomb
@@ -92,7 +92,7 @@ def dry_level(v: float, coulomb: float, excess: float, speed: float, more: float
     return level + more, level - more
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def drive_torque(p: Array, plant: Array, s: Array, stack: Array, h: float, drive: float, since: float) -> float:
     """Torque of the motor at the output, `since` seconds after the torque constant began to drift."""
     q = plant[1] * s[XM]
@@ -115,7 +115,7 @@ def drive_torque(p: Array, plant: Array, s: Array, stack: Array, h: float, drive
     return torque
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def link_torque(p: Array, s: Array, stack: Array, h: float, push: float) -> float:
     """Torque on the link from everything but the gearbox; moves the appendage's speed."""
     torque: float = push - p[LOAD, 0] - p[HARNESS, 0] * (s[XL] - p[HARNESS, 1])
@@ -135,7 +135,7 @@ def link_torque(p: Array, s: Array, stack: Array, h: float, push: float) -> floa
     return torque
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def gear_torque(p: Array, plant: Array, s: Array, stack: Array, h: float, lossy: bool) -> tuple[float, float]:
     """Torque in the gearbox, and the lever by which it acts on the motor (1 but for transmission error)."""
     twist, lever = s[XL] - s[XM], 1.0
@@ -156,7 +156,7 @@ def gear_torque(p: Array, plant: Array, s: Array, stack: Array, h: float, lossy:
     return torque, lever
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def dampers(p: Array, plant: Array, s: Array, temperature: float) -> tuple[float, float]:
     """Viscous coefficients of motor and link."""
     motor = p[VISCOUS_M, 0] + p[QUADRATIC, 0] * abs(s[VM])
@@ -170,7 +170,7 @@ def dampers(p: Array, plant: Array, s: Array, temperature: float) -> tuple[float
     return motor, link
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def motor_level(p: Array, s: Array, load: float, drag: float) -> float:
     """Dry friction of the motor side that depends on load, place and the world outside."""
     level: float = p[COULOMB_M, 0] + p[LOAD_FRICTION, 0] * load + drag
@@ -182,7 +182,7 @@ def motor_level(p: Array, s: Array, load: float, drag: float) -> float:
     return level
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def coast(s: Array, h: float) -> None:
     """Let everything move on for half a step."""
     s[XM] += 0.5 * h * s[VM]
@@ -190,7 +190,7 @@ def coast(s: Array, h: float) -> None:
     s[XA] += 0.5 * h * s[VA]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def kick_rigid(s: Array, h: float, j: float, force: float, d: float, up: float, down: float) -> None:
     """Change the speed of the joint that is one body."""
     v = ((j - 0.5 * h * d) * s[VM] + h * force) / (j + 0.5 * h * d)
@@ -198,7 +198,7 @@ def kick_rigid(s: Array, h: float, j: float, force: float, d: float, up: float, 
     s[VL] = s[VM]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def kick_flexible(
     s: Array, h: float, jm: float, jl: float, fm: float, fl: float, dm: float, dl: float, dg: float
 ) -> tuple[float, float]:
@@ -210,7 +210,7 @@ def kick_flexible(
     return (al * bm + g * bl) / det, (am * bl + g * bm) / det
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def move(
     p: Array,
     plant: Array,

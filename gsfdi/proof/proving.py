@@ -20,7 +20,7 @@ import numpy as np
 from gsfdi.atomic import write_text
 from gsfdi.proof.cases import Case, Design, draw, truth_of, write_files
 from gsfdi.proof.checking import scored
-from gsfdi.proof.concealment import concealment, oracle
+from gsfdi.proof.concealment import concealment
 from gsfdi.proof.plan import plan
 from gsfdi.proof.real import COVERS, home, trials
 from gsfdi.proof.rivals import rivals
@@ -93,7 +93,8 @@ def prove(
 def drawn(designed: tuple[Design, int]) -> tuple[dict[str, Any], dict[str, str]]:
     """Draw a case: what goes into the seal, and the hashes of the files that the tool will be given."""
     case = draw(*designed)
-    truth = {**truth_of(case), "concealment": asdict(concealment(case)), "oracle": oracle(case)}
+    hidden, oracle = concealment(case)
+    truth = {**truth_of(case), "concealment": asdict(hidden), "oracle": oracle}
     return truth, {file: digest(content) for file, content in files_of(case).items()}
 
 
