@@ -5,7 +5,7 @@ nominal model (`gsfdi.healthy`) and what every detector of the shelf makes of it
 dictionaries of str, float, int, lists and float64 arrays; ``Baseline.from_dict`` takes them back.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -16,12 +16,20 @@ from gsfdi.detectors import Detector, Tally
 from gsfdi.errors import BaselineError, GsfdiError
 from gsfdi.healthy import BY_KEY, EXTRA, cut, learn_nominal
 from gsfdi.model import JointModel, Plant
-from gsfdi.nominal import Nominal, observer, watch
+from gsfdi.nominal import Nominal, filtered, observer, watch
+from gsfdi.observer import Filter
 from gsfdi.registry import shelf
+from gsfdi.stretches import Stretch
 from gsfdi.types import Array, JointRecord, Problem
 
 PIECE = 5.0
 """A recording is cut into pieces of no less than this where there are few, to see how the joint varies [s]."""
+SLAB = 60.0
+"""Long stretches are taken in slabs of this length [s]."""
+WHOLE = 900.0
+"""Seconds of a batch that are always scored in full."""
+UNUSUAL = 1.5
+"""Times the usual power of the innovations at which a slab is scored whatever the length of the batch."""
 FEWEST = 4
 """Pieces that a joint's baseline is cut into when it has fewer batches than this."""
 
@@ -85,7 +93,10 @@ def detectors() -> dict[str, Detector]:
 
 
 def gather(
-    pieces: Iterable[JointRecord], nominal: Nominal, settings: Mapping[str, Mapping[str, float]] | None = None
+    pieces: Iterable[JointRecord],
+    nominal: Nominal,
+    settings: Mapping[str, Mapping[str, float]] | None = None,
+    usual: float | None = None,
 ) -> tuple[dict[str, dict[str, Array]], float]:
     """One pass over a batch, in pieces: every detector's numbers, and the seconds they saw.
 
@@ -97,24 +108,47 @@ def gather(
         The joint's nominal model.
     settings : mapping of str to mapping of str to float, optional
         Changed knobs by detector.
+    usual : float, optional
+        Mean weighted square of the fault-free innovations. With it, what lies beyond the first `WHOLE` seconds is scored
+        in part only: every twentieth slab, and each whose innovations are not as usual.
     """
     run = observer(nominal)
     tallies: dict[str, Tally] = {
         name: one.tally(nominal, {**one.settings, **((settings or {}).get(name) or {})})
         for name, one in detectors().items()
     }
-    seconds, first = 0.0, None
+    seconds, scored, first = 0.0, 0.0, None
     for piece in pieces:
         first = piece.t0_ns if first is None else first
         late = (piece.t0_ns - first) * 1e-9
         extra = tuple(name for name in EXTRA if name in piece and np.isfinite(piece[name]).any())
         for part in cut(piece, nominal, extra):
-            part = part._replace(start=part.start + late)
-            seen = watch(nominal, run, part, BY_KEY)
-            seconds += part.step * len(part.trusted)
-            for tally in tallies.values():
-                tally.add(seen)
+            for slab in slabs(part._replace(start=part.start + late)):
+                length = slab.step * len(slab.trusted)
+                seconds += length
+                if usual is not None and scored > WHOLE + 0.05 * seconds and _as_usual(nominal, run, slab, usual):
+                    continue
+                scored += length
+                seen = watch(nominal, run, slab, BY_KEY)
+                for tally in tallies.values():
+                    tally.add(seen)
     return {name: tally.numbers() for name, tally in tallies.items()}, seconds
+
+
+def slabs(part: Stretch) -> Iterator[Stretch]:
+    """Cut a long stretch into slabs of `SLAB` seconds, the last one longer."""
+    size, n = max(round(SLAB / part.step), 400), len(part.trusted)
+    edges = [*range(0, max(n - size, 1), size), n]
+    for low, high in pairwise(edges):
+        values = {name: some[low:high] for name, some in part.values.items()}
+        yield Stretch(part.start + low * part.step, part.step, values, part.trusted[low:high])
+
+
+def _as_usual(nominal: Nominal, run: Filter, slab: Stretch, usual: float) -> bool:
+    """Whether a slab's innovations are no larger than those of a fault-free joint."""
+    seen = filtered(nominal, run, slab, BY_KEY)
+    e = seen.e[seen.live * seen.used > 0]
+    return len(e) > 0 and float(np.einsum("ki,ij,kj->", e, run.weight, e)) < UNUSUAL * usual * len(e)
 
 
 def learn_joint(records: Sequence[JointRecord], model: JointModel | None = None) -> JointBaseline:

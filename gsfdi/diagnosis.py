@@ -156,7 +156,7 @@ def assess(
             else:
                 yield piece
 
-    numbers, seconds = gather(usable(), baseline.nominal, settings)
+    numbers, seconds = gather(usable(), baseline.nominal, settings, float(baseline.learnt["innovations"]["energy"][0]))
     joint = seen.joint or baseline.joint
     refusal = _refusal(seen, missing, seconds, numbers, baseline, limits, now_ns)
     if refusal is not None:

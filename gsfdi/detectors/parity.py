@@ -135,16 +135,21 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
         if len(many) > 4:
             wander = max(wander, float(np.var(many) * np.median(bins[:, 1]) * 8))
         ratios = [one[:, 0].sum() / max(float(_expected(one, model).sum()), 1e-300) for one in batches]
-        learnt[name] = np.array([*model, wander, float(np.std(ratios)), float(np.max(power))])
+        learnt[name] = np.array([*model, wander, float(np.std(ratios)), float(np.max(power)), bins[:, 1].max()])
     return learnt
 
 
 def _nonnegative(bins: Array) -> tuple[float, float]:
     """Power per sample and share of the drive's power, of which neither is below zero."""
-    weight = 1.0 / np.maximum(bins[:, 0], np.median(bins[:, 0]) + 1e-300)
-    steady, driven = nnls(bins[:, 1:] * weight[:, None] / (scale := np.maximum(bins[:, 1:].max(axis=0), 1e-300)),
-                          bins[:, 0] * weight)[0] / scale  # fmt: skip
-    return max(float(steady), 1e-3 * float(np.median(bins[:, 0] / np.maximum(bins[:, 1], 1.0)))), float(driven)
+    scale = np.maximum(bins[:, 1:].max(axis=0), 1e-300)
+    expected = np.full(len(bins), bins[:, 0].mean())
+    for _ in range(4):  # weights from what is expected: weights from what was seen would prefer quiet bins
+        weight = 1.0 / np.maximum(expected, 1e-300)
+        found = nnls(bins[:, 1:] / scale * weight[:, None], bins[:, 0] * weight)[0] / scale
+        least = 1e-3 * float(np.median(bins[:, 0] / np.maximum(bins[:, 1], 1.0)))
+        steady, driven = max(float(found[0]), least), float(found[1])
+        expected = steady * bins[:, 1] + driven * bins[:, 2]
+    return steady, driven
 
 
 def _cumulative(power: Array, slack: float) -> Array:
@@ -162,7 +167,7 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     width = float(numbers["width"][0])
     watched = {}
     for name in WINDOWS:
-        wander, between, top = learnt[name][2:]
+        wander, between, top, full = learnt[name][2:]
         bins = numbers[name]
         # What fault-free batches reach in their worst quarter of a second is normal, however their motion differs.
         slack = settings["slack"] + 4.0 * between
@@ -171,9 +176,7 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
         sums = _cumulative(excess, slack * float(np.median(bins[:, 1])))
         scale = max(float(wander), 2.0) / (2.0 * slack)
         # A lone bad sample fills a window, and so two bins at most.
-        limit = (
-            scale * np.log(2.0 * max(len(bins), 2) / rate) + 2.0 * settings["lone"] * max(top, 1.0) * bins[:, 1].max()
-        )
+        limit = scale * np.log(2.0 * max(len(bins), 2) / rate) + 2.0 * settings["lone"] * max(top, 1.0) * full
         p = float(min(1.0, len(bins) * np.exp(-np.clip((sums.max() - limit) / scale, -50, 600)) * rate / len(bins)))
         watched[name] = (sums, limit, p)
     name = "short" if watched["short"][2] < watched["long"][2] else "long"
