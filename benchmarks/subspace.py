@@ -24,7 +24,7 @@ RESULTS = Path(__file__).parent / "results" / "subspace.json"
 
 
 def data(samples: int, decibel: float, seed: int = 0) -> tuple[Array, Array, Array]:
-    """Input, outputs and true observability matrix of the paper's joint, its integrators leaking so that it may run free."""
+    """Input, outputs and observability matrix of the paper's joint, its integrators leaking so that it may run free."""
     joint = matrices(Plant(400.0, 0.0011, 260.6, 130000.0, 0.4, 0.6))
     A, B = hold(joint.A, joint.effort[:, None], 0.01)
     A = 0.98 * A

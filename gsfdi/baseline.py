@@ -109,8 +109,8 @@ def gather(
     settings : mapping of str to mapping of str to float, optional
         Changed knobs by detector.
     usual : float, optional
-        Mean weighted square of the fault-free innovations. With it, what lies beyond the first `WHOLE` seconds is scored
-        in part only: every twentieth slab, and each whose innovations are not as usual.
+        Mean weighted square of the fault-free innovations. With it, what lies beyond the first `WHOLE` seconds is
+        scored in part only: every twentieth slab, and each whose innovations are not as usual.
     """
     run = observer(nominal)
     tallies: dict[str, Tally] = {
