@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted
+from gsfdi.fit import Fitted, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench, effort_floor
@@ -47,9 +47,14 @@ class Contest:
 
 
 def compete(
-    stand: Bench, model: JointModel, shelf_terms: Mapping[str, PhysicsTerm], most: int = 3
+    stand: Bench, model: JointModel, shelf_terms: Mapping[str, PhysicsTerm], level: float = 0.0, most: int = 3
 ) -> tuple[Round, Round, list[Contest]]:
     """Let terms join the model until chance explains the best of what is left.
+
+    Parameters
+    ----------
+    level : float
+        Doubt about the constant load that is the last term of `model` [N m]; 0 where it is not there.
 
     Returns
     -------
@@ -61,6 +66,8 @@ def compete(
     """
     floor = effort_floor(stand)
     knobs = [*plant_knobs(model, stand.records[0].effort), *start_knobs(stand)]
+    if level > 0:
+        knobs.append(Knob(len(model.physics) - 1, "torque_nm", level, -20 * level, 20 * level, 0.0, level))
     first = hand = settle(stand, started(model, len(stand.records)), knobs, floor)
     contests: list[Contest] = []
     while True:

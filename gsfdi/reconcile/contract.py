@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsfdi.model import JointModel, TermUse
-from gsfdi.reconcile.bench import Bench, bench, grain_of
+from gsfdi.reconcile.bench import Bench, bench, effort_floor, grain_of
 from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.law import LawCheck, LawFinding, check_law
 from gsfdi.types import JointRecord
@@ -25,12 +25,16 @@ class Settled:
     law : LawCheck or None
     coarse : LawFinding or None
         A position sensor coarser than its model says.
+    level : float
+        Standard deviation of the constant that a recomputed effort begins with [N m]. Where it is not 0, the last term
+        of `model` is a constant load that stands for it.
     """
 
     stand: Bench
     model: JointModel
     law: LawCheck | None
     coarse: LawFinding | None
+    level: float = 0.0
 
 
 def settle_contract(records: Sequence[JointRecord], model: JointModel, without: Sequence[str]) -> Settled:
@@ -50,11 +54,21 @@ def settle_contract(records: Sequence[JointRecord], model: JointModel, without: 
     if coarse is not None:
         new = replace(new, sensors=replace(new.sensors, position_resolution=coarse.values["step_rad"]))
     exact = cleaned(stand.records, new, law)
+    level = 0.0
     if exact is not None:
+        level = level_doubt(stand)
+        offset = TermUse("constant_load", {"torque_nm": 0.0}, "output" if model.structure == "flexible" else None)
+        new = replace(new, physics=(*new.physics, offset))
         new = replace(new, sensors=replace(new.sensors, effort_noise=0.0, effort_resolution=0.0))
     if exact is not None or new is not model:
         stand = bench(exact or records, new)
-    return Settled(stand, new, law, coarse)
+    return Settled(stand, new, law, coarse, level)
+
+
+def level_doubt(stand: Bench) -> float:
+    """Standard deviation of a recomputed effort's constant, as torque: noise of the recorded one over all samples."""
+    samples = min(len(record.t) for record in stand.records)
+    return float(max(effort_floor(stand)[0] / samples**0.5, 1e-6 * stand.scales.torque))
 
 
 def corrected(model: JointModel, finding: LawFinding) -> JointModel:

@@ -62,7 +62,7 @@ def inflation(hand: Round) -> float:
 
 
 def rivals(
-    hand: Round, place: int, contest: Contest, shelf_terms: Mapping[str, PhysicsTerm]
+    hand: Round, place: int, given: int, contest: Contest, shelf_terms: Mapping[str, PhysicsTerm]
 ) -> list[tuple[float, Fitted]]:
     """Refit the model in hand with each finalist of a contest in the place of the term at `place`; merits beside it."""
     own = hand.fitted.model.physics[place]
@@ -76,7 +76,7 @@ def rivals(
         if any(
             use.term == entry.offer.term
             for i, use in enumerate(hand.fitted.model.physics)
-            if i != place and use.onset is None
+            if i >= given and i != place and use.onset is None
         ):
             continue
         use = entry.fitted.model.physics[-1]
@@ -117,7 +117,7 @@ def names(
     while place < len(hand.fitted.model.physics):
         use = hand.fitted.model.physics[place]
         contest = _contest_of(use, contests)
-        rows = rivals(hand, place, contest, shelf_terms) if contest is not None else []
+        rows = rivals(hand, place, given, contest, shelf_terms) if contest is not None else []
         temper = inflation(hand)
         odds = [merit / temper + _prior(fitted.model.physics[-1], shelf_terms, hand) for merit, fitted in rows]
         own = _prior(use, shelf_terms, hand)

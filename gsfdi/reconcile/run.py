@@ -45,7 +45,7 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
     """
     terms = {name: term for name, term in shelf("gsfdi.terms", PhysicsTerm).items() if name not in without}
     settled = settle_contract(records, model, without)
-    first, hand, contests = compete(settled.stand, settled.model, terms)
+    first, hand, contests = compete(settled.stand, settled.model, terms, settled.level)
     hand, found = names(hand, len(settled.model.physics), contests, terms)
     return _told(_Case(records[0].joint, model, settled, first, hand, contests, found, terms))
 
@@ -233,6 +233,9 @@ def final_model(case: _Case, lone: Sequence[Shift]) -> JointModel:
     source: JointModel = case.hand.fitted.model
     if isinstance(source, Started):
         source = JointModel(**{f.name: getattr(source, f.name) for f in fields(JointModel)})
+    given = len(case.settled.model.physics)
+    if case.settled.level > 0:  # the constant of a recomputed effort belongs to the recording, not to the joint
+        source = replace(source, physics=(*source.physics[: given - 1], *source.physics[given:]))
     late = [f for f in (case.settled.law.findings if case.settled.law else ()) if f.term == "timestamp_latency"]
     extra = [
         TermUse(f.term, dict(f.values), None, f.onset)
