@@ -77,7 +77,11 @@ def compete(
             return first, hand, contests
         fitted = contest.winner.fitted
         assert fitted is not None
-        hand = simplified(settle(stand, fitted.model, fitted.knobs, floor), len(model.physics))
+        better = simplified(settle(stand, fitted.model, fitted.knobs, floor), len(model.physics))
+        if missing(better, floor) > 1.2 * missing(hand, floor):  # it only moved the mismatch about
+            contests[-1] = replace(contest, winner=None)
+            return first, hand, contests
+        hand = better
         if len(contests) >= most or missing(hand, floor) < TRIVIAL * missing(first, floor):
             return first, hand, contests
 
