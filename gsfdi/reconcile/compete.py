@@ -53,8 +53,16 @@ def compete(
 
     Parameters
     ----------
+    stand : Bench
+        The recordings, set up for replays.
+    model : JointModel
+        Where the competition starts: the nominal model, its contract with the recordings settled.
+    shelf_terms : mapping of str to PhysicsTerm
+        Terms that may compete.
     level : float
         Doubt about the constant load that is the last term of `model` [N m]; 0 where it is not there.
+    most : int
+        Terms that may join at most.
 
     Returns
     -------
