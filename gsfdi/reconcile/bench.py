@@ -398,8 +398,3 @@ def effort_floor(stand: Bench) -> Array:
     noise = drive * float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12.0)))
     trifle = TRIFLE * stand.scales.torque
     return np.array([max(noise, trifle), trifle][: len(stand.spread)])
-
-
-def with_plant(model: JointModel, like: JointModel) -> JointModel:
-    """`model` with the plant of `like`."""
-    return replace(model, plant=like.plant)

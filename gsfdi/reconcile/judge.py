@@ -10,7 +10,6 @@ from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import KNOB_COST, Contest, without
 from gsfdi.reconcile.hand import Round, lay_out, term_knobs, with_term
-from gsfdi.reconcile.screen import Entry
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.types import Array
 
@@ -186,8 +185,3 @@ def left_over(first: Round, last: Round, floor: Array) -> float:
     """Missing torque that remains, as a share of what was missing with parameters alone (root mean square, 0 to 1)."""
     before, after = (float(np.sqrt(np.sum(np.maximum(r.torque**2 - floor**2, 0.0)))) for r in (first, last))
     return after / before if before > 0 else 0.0
-
-
-def best_entry(contest: Contest) -> Entry | None:
-    """Give the entry that came nearest."""
-    return contest.entries[0] if contest.entries else None
