@@ -110,6 +110,8 @@ def draw(design: Design, seed: int) -> Case:
     if rng.random() < 0.1 and design.kinds != ("quantisation",):
         joint = replace(joint, position_resolution=8 * joint.position_noise)
     moved = _motions(design, shape, joint, jitter, rng)
+    if any(kind.onset or kind.name == "torque_constant_drift" for kind in kinds):
+        moved = moved[:1]  # what sets in does so once
     if rng.random() < 0.12:
         last = moved[0].t[-1]
         telemetry = replace(telemetry, gap=(0.45 * last, 0.5 * last))
@@ -132,9 +134,15 @@ def draw(design: Design, seed: int) -> Case:
         telemetry=telemetry,
         controller_told=told or rng.random() < 0.85,
         scales=scales,
-        withheld=tuple(e.term for e in effects) if design.group == "withheld" else (),
+        withheld=_unknown(effects, joint) if design.group == "withheld" else (),
         wrong_gains=tuple(effect for effect in effects if effect.term.startswith("controller_")),
     )
+
+
+def _unknown(effects: list[Effect], joint: Joint) -> tuple[str, ...]:
+    """Terms that the tool must do without, so that it knows none of `effects`: theirs and their equivalents."""
+    told = {"controller": False}
+    return tuple(dict.fromkeys(name for e in effects for name in (e.term, *equivalents(joint, e, told))))
 
 
 def _telemetry(kinds: list[Kind], rng: Rng) -> Telemetry:

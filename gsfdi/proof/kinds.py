@@ -257,6 +257,10 @@ def equivalents(joint: Joint, effect: Effect, told: Mapping[str, bool]) -> tuple
     near = set(EQUIVALENT.get(effect.term, ()))
     if joint.structure == "rigid":
         near |= set(EQUIVALENT_RIGID.get(effect.term, ()))
+        if joint.gear_ratio == 1 and effect.term == "cogging" and effect.values["order"] == 1:
+            near.add("gravity_unbalance")  # one wave a turn of a shaft without gears, whatever it comes from
+    if not told.get("controller", True) or effect.onset is None:
+        near |= set(EQUIVALENT_FROM_THE_START.get(effect.term, ()))
     if not told.get("controller", True):
         near |= set(EQUIVALENT_WITHOUT_CONTROLLER.get(effect.term, ()))
     return tuple(sorted(near))
@@ -274,9 +278,12 @@ EQUIVALENT_RIGID: dict[str, tuple[str, ...]] = {
     "torque_constant_change": ("output_inertia_change",),
     "output_inertia_change": ("torque_constant_change",),
 }
+EQUIVALENT_FROM_THE_START: dict[str, tuple[str, ...]] = {
+    # The controller's integral began before the recording: a constant current more or less is its start or a bias.
+    "current_bias": ("constant_load", "asymmetric_friction"),
+    "constant_load": ("current_bias",),
+}
 EQUIVALENT_WITHOUT_CONTROLLER: dict[str, tuple[str, ...]] = {
     "current_gain": ("torque_constant_change",),
     "torque_constant_change": ("current_gain",),
-    "current_bias": ("constant_load", "asymmetric_friction"),
-    "constant_load": ("current_bias",),
 }

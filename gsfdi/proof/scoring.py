@@ -4,7 +4,8 @@ What counts, decided before any answer was seen:
 
 - Names that only correct a number of the nominal model that really is off (`nominal_off`, `known_off`) are neither
   right nor wrong: they are set aside before the first name is read. Naming a number that is not off is a discovery.
-- The first name is right when it is the true term; an equivalent (`kinds.EQUIVALENT`) covers, but is not right.
+- The first name is right when it is the true term; an equivalent (`kinds.EQUIVALENT`) covers, but is not right; right
+  or tied is also an equivalent whose answer lists the true term beside it as not to be told apart.
 - The set is every name given, and whatever the answer lists as indistinguishable from one of them.
 - A parameter in N m (N) is compared after scaling by the torque constant that the answer believes in: multiplying
   torque constant, stiffness and both inertias by one number changes nothing that is measured, so no tool could do
@@ -69,6 +70,7 @@ def score(truth: Mapping[str, Any], reply: Mapping[str, Any]) -> dict[str, Any]:
         "visible": is_visible(truth),
         "first_right": None if not true or stranger else bool(named) and named[0] in true,
         "first_equivalent": None if not true or stranger else bool(named) and named[0] in {*true, *equal},
+        "first_or_tied": None if not true or stranger else _right_or_tied(joint, named, true, equal),
         "covered": None if not true or stranger else bool(set(true) & wide) or bool(equal & wide),
         "all_named": None if not true or stranger else set(true) <= set(named),
         "extra": [name for name in named if name not in true and name not in equal],
@@ -97,7 +99,7 @@ def is_visible(truth: Mapping[str, Any]) -> bool:
 def _void(truth: Mapping[str, Any], trespassed: bool) -> dict[str, Any]:
     """Score of no answer, or of one that was got by trespass: wrong wherever a question arises."""
     asked = None if not truth["effects"] or truth["group"] in ("unknown", "withheld") else False
-    flags = dict.fromkeys(("first_right", "first_equivalent", "covered", "all_named"), asked)
+    flags = dict.fromkeys(("first_right", "first_equivalent", "first_or_tied", "covered", "all_named"), asked)
     return {
         **flags,
         "trespassed": trespassed,
@@ -146,6 +148,13 @@ def _set_of(joint: Mapping[str, Any], named: Iterable[str]) -> set[str]:
         if wide & set(group) or not wide:
             wide |= set(group)
     return wide
+
+
+def _right_or_tied(joint: Mapping[str, Any], named: Sequence[str], true: Sequence[str], equal: Iterable[str]) -> bool:
+    """Whether the true term came first, or an equivalent that is listed as not to be told from it."""
+    if not named or named[0] in true:
+        return bool(named)
+    return named[0] in equal and bool(_set_of(joint, named[:1]) & set(true))
 
 
 def _located(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> bool | None:

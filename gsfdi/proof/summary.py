@@ -52,6 +52,7 @@ def summarise(scores: Sequence[Score]) -> dict[str, Any]:
         "trespasses": sum(bool(s["trespassed"]) for s in scores),
         "first_name_right": _share(terms, _field("first_right")),
         "first_name_right_hidden_from_tracking": _share(hiding, _field("first_right")),
+        "first_name_right_or_tied": _share(terms, _field("first_or_tied")),
         "first_name_right_or_equivalent": _share(terms, _field("first_equivalent")),
         "located_right": _share(single, _field("located")),
         "true_term_in_set": _share(terms, _field("covered")),

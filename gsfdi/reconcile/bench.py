@@ -26,6 +26,14 @@ FIRST = 8  # samples from which a replay takes its starting rates
 WARM_UP = 0.5  # [s] after every start that decides nothing: the states of terms with memory are unknown there
 HOLD_OUT = (0.70, 0.88)
 """Part of the time of every recording that is kept for judging, as shares."""
+MOST = 0.05
+"""Share of the drive's torque that the observer expects to be missing at most, however much is."""
+LEAN = 0.5
+"""Least share of the larger side's torque that the observer expects on the other.
+
+An observer that expects everything on the output corrects the wind-up so hard that one whose spring stiffens runs away,
+and so does one that expects too much.
+"""
 TRIFLE = 2e-4
 """Share of the drive's torque that no simulator gets right: sampling, holding, and how a contact is written."""
 BLOCK = 2.0  # [s] over which innovations may hang together
@@ -121,7 +129,8 @@ class Bench:
         The nearer the model, the less its observer needs to lean on noisy measurements, which near standstill would
         shake a dry friction loose that really sticks.
         """
-        spread = np.minimum(np.maximum(2.0 * torque, 1e-3 * self.scales.torque), 0.2 * self.scales.torque)
+        spread = np.minimum(np.maximum(2.0 * torque, 1e-3 * self.scales.torque), MOST * self.scales.torque)
+        spread = np.maximum(spread, LEAN * spread.max())
         variances = [float("inf")] * 2
         for row, variance in zip(self.system.rows, self.system.R, strict=True):
             variances[row] = float(variance)
@@ -372,14 +381,8 @@ def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array, near
         Where to look, each side by itself; without it, both sides alike and over all sizes.
     """
 
-    def loss(size: Array) -> float:
-        tools = stand.whiteners(size)
-        white = stand.white([e[None] for e in innovations], tools)[0]
-        fade = np.concatenate([stand.awake(i)[:: len(stand.system.rows)] for i in range(len(tools))])
-        return float(white @ white + np.concatenate([w.logdet for w in tools]) @ fade)
-
     def best(trials: Sequence[Array]) -> Array:
-        return min((loss(trial), tuple(trial)) for trial in trials)[1]  # type: ignore[return-value]
+        return min((surprise(stand, innovations, trial), tuple(trial)) for trial in trials)[1]  # type: ignore[return-value]
 
     if near is None:
         size = np.array(best([np.maximum(floor, stand.scales.torque * f) for f in 10.0 ** np.arange(-4, 0.6, 0.5)]))
@@ -389,6 +392,14 @@ def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array, near
         moved = np.eye(len(floor))[side]
         size = np.array(best([np.maximum(floor, size * f**moved) for f in 10.0 ** np.arange(-1, 1.1, 0.25)]))
     return size
+
+
+def surprise(stand: Bench, innovations: Sequence[Array], torque: Array) -> float:
+    """Negative log-likelihood, up to a constant, of innovations under process noise of `torque` [N m]."""
+    tools = stand.whiteners(torque)
+    white = stand.white([e[None] for e in innovations], tools)[0]
+    fade = np.concatenate([stand.awake(i)[:: len(stand.system.rows)] for i in range(len(tools))])
+    return 0.5 * float(white @ white + np.concatenate([w.logdet for w in tools]) @ fade)
 
 
 def effort_floor(stand: Bench) -> Array:

@@ -28,7 +28,7 @@ def cleaned(records: Sequence[JointRecord], model: JointModel, law: LawCheck | N
         if law.noise <= 0 or noise <= 0 or law.after > EXACT * noise:
             return None
         # wrong gains are in the model's controller already, and a late stamp in the records
-        left = [f for f in law.findings if f.term in ("current_gain", "current_bias", "current_limit")]
+        left = [f for f in law.findings if f.term in ("current_gain", "current_bias", "current_limit", "position_gain")]
         return [_driven(r, model, left) for r in records]
     learnt = learn_law(records, model)
     if learnt is None:

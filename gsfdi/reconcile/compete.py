@@ -14,18 +14,23 @@ import numpy as np
 from gsfdi.fit import Fitted, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.bench import Bench, effort_floor
+from gsfdi.reconcile.bench import Bench, effort_floor, surprise
 from gsfdi.reconcile.calibrate import luckiest
 from gsfdi.reconcile.hand import Round, lay_out, plant_knobs, settle, start_knobs, started
 from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.reconcile.remainder import missing_torque
-from gsfdi.reconcile.screen import ONSET_COST, Entry, refit, screen
+from gsfdi.reconcile.screen import LEAST, ONSET_COST, ONSETS, Entry, refined_onset, refit, screen
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.waves import worthy_orders
+from gsfdi.registry import shelf
 from gsfdi.types import Array
 
-FINALISTS = 6
-MATERIAL = 2e-3
+FINALISTS = 8
+NEAR = 0.3
+"""Share of the best finalist's merit from which another is settled under its own noise, too."""
+SETTLED = 4
+"""Finalists that are settled at most."""
+MATERIAL = 1e-3
 """Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
 TRIVIAL = 0.02
 """Share of the missing torque below which no further term is looked for."""
@@ -79,17 +84,11 @@ def compete(
     first = hand = settle(stand, started(model, len(stand.records)), knobs, floor)
     contests: list[Contest] = []
     while True:
-        contest = contend(hand, shelf_terms)
+        contest, settled = contend(hand, shelf_terms, floor, len(model.physics))
         contests.append(contest)
-        if contest.winner is None:
+        if settled is None:
             return first, hand, contests
-        fitted = contest.winner.fitted
-        assert fitted is not None
-        better = simplified(settle(stand, fitted.model, fitted.knobs, floor), len(model.physics))
-        if missing(better, floor) > 1.2 * missing(hand, floor):  # it only moved the mismatch about
-            contests[-1] = replace(contest, winner=None)
-            return first, hand, contests
-        hand = better
+        hand = simplified(settled, len(model.physics))
         if len(contests) >= most or missing(hand, floor) < TRIVIAL * missing(first, floor):
             return first, hand, contests
 
@@ -97,6 +96,11 @@ def compete(
 def missing(hand: Round, floor: Array) -> float:
     """Size of the process noise beyond what is known to be there [N m]: what the model in hand lacks."""
     return float(np.sqrt(np.sum(np.maximum(hand.torque**2 - floor**2, 0.0))))
+
+
+def likelier(new: Round, old: Round) -> float:
+    """Log-likelihood that `new` gains upon `old`, each under the process noise that suits it best."""
+    return surprise(old.stand, old.innovations, old.torque) - surprise(new.stand, new.innovations, new.torque)
 
 
 def simplified(hand: Round, given: int) -> Round:
@@ -153,18 +157,56 @@ def always(hand: Round, place: int) -> Fitted:
     return fit_knobs(hand.misfit, model, fitted.knobs, 4)
 
 
-def contend(hand: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> Contest:
-    """Hold one round: screen every offer, refit the finalists, and test the winner against luck."""
-    candidates = all_offers(hand, shelf_terms)
-    screening = screen(hand, candidates)
+def contend(
+    hand: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array, given: int
+) -> tuple[Contest, Round | None]:
+    """Hold one round: screen every offer, refit the finalists, settle the best, and test the winner against luck.
+
+    While much is missing every term is judged under a large noise, where the true one is hardly better than its
+    likes. So the best few are settled each under the noise that suits it, and the likeliest wins.
+    """
+    screening = screen(hand, all_offers(hand, shelf_terms, given))
     finalists = [refit(hand, entry) for entry in distinct(screening.entries, FINALISTS)]
     ranked = sorted(finalists, key=merit, reverse=True)
+    entries = (*ranked, *screening.entries)
     if not ranked or ranked[0].fitted is None:
-        return Contest(tuple(screening.entries), None, np.zeros(1))
+        return Contest(entries, None, np.zeros(1)), None
     luck = luckiest(screening.bare, screening.information, ranked[0].fitted.residual, hand.stand.blocks())
-    bar = float(np.quantile(luck, SURE)) + (ONSET_COST if ranked[0].onset is not None else 0.0)
-    won = merit(ranked[0]) > bar and size_of(hand, ranked[0].fitted) > MATERIAL
-    return Contest((*ranked, *screening.entries), ranked[0] if won else None, luck)
+    bar = max(LEAST, float(np.quantile(luck, SURE)))
+    worthy = [e for e in ranked if merit(e) > max(bar + _late(e), NEAR * merit(ranked[0])) and matters(hand, e)]
+    best: tuple[float, Entry, Round] | None = None
+    for entry in worthy[:SETTLED]:
+        assert entry.fitted is not None
+        settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
+        if entry.onset is not None:
+            settled = settled_onset(settled, floor)
+        gain = likelier(settled, hand) - _numbers(entry)
+        if gain > (best[0] if best else 0.0):  # one that gains nothing only moves the mismatch about
+            best = (gain, entry, settled)
+    return Contest(entries, best[1] if best else None, luck), best[2] if best else None
+
+
+def settled_onset(hand: Round, floor: Array) -> Round:
+    """Move the onset of the last term under the noise that now suits it, a wrong one being noise itself."""
+    width = hand.stand.scales.seconds / ONSETS / 4
+    fitted = refined_onset(hand, hand.fitted, len(hand.fitted.model.physics) - 1, width)
+    if fitted.cost > hand.fitted.cost - KNOB_COST:
+        return hand
+    return settle(hand.stand, fitted.model, fitted.knobs, floor)
+
+
+def _late(entry: Entry) -> float:
+    return ONSET_COST if entry.onset is not None else 0.0
+
+
+def matters(hand: Round, entry: Entry) -> bool:
+    """Whether a fitted term is large enough for a name: a torque must be, a sensor's error need only be sure."""
+    return is_sensor(entry.offer.term) or (entry.fitted is not None and size_of(hand, entry.fitted) > MATERIAL)
+
+
+def is_sensor(term: str) -> bool:
+    """Whether a term acts on what is measured rather than on the joint."""
+    return str(shelf("gsfdi.terms", PhysicsTerm)[term].place).endswith("sensor")
 
 
 def size_of(hand: Round, fitted: Fitted) -> float:
@@ -177,20 +219,35 @@ def size_of(hand: Round, fitted: Fitted) -> float:
 
 def merit(entry: Entry) -> float:
     """Gain in log-likelihood less what its numbers cost."""
-    count = len(entry.offer.columns[0]) + (2 if entry.onset is not None else 0)
-    return entry.gain - KNOB_COST * count if np.isfinite(entry.gain) else -np.inf
+    return entry.gain - _numbers(entry) if np.isfinite(entry.gain) else -np.inf
+
+
+def _numbers(entry: Entry) -> float:
+    return KNOB_COST * (len(entry.offer.columns[0]) + (2 if entry.onset is not None else 0))
 
 
 def distinct(entries: Sequence[Entry], most: int) -> list[Entry]:
-    """The best entry of each term and side."""
-    seen: dict[tuple[str, str | None], Entry] = {}
+    """The best entry of each term and side, from the start and from an onset on."""
+    seen: dict[tuple[str, str | None, bool], Entry] = {}
     for entry in entries:
-        seen.setdefault((entry.offer.term, entry.offer.side), entry)
+        seen.setdefault((entry.offer.term, entry.offer.side, entry.onset is None), entry)
     return list(seen.values())[:most]
 
 
-def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> list[Offer]:
-    """Every offer of every term that could act in this joint and show beside its recorded effort."""
+MANIFOLD = (
+    "cogging",
+    "torque_ripple",
+    "transmission_error",
+    "encoder_eccentricity",
+    "structural_mode",
+    "position_dependent_friction",
+    "end_stop",
+)
+"""Terms of which a joint may have several."""
+
+
+def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) -> list[Offer]:
+    """Every offer of every term that could act in this joint, show beside its recorded effort, and is not there yet."""
     stand = hand.stand
     orders = worthy_orders(hand)
     found = [
@@ -199,5 +256,7 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> list[Offe
         if stand.model.structure in term.structures and term.name not in ELSEWHERE
         for offer in offers(term, stand.scales, orders)
     ]
-    rigid = stand.model.structure == "rigid"
-    return [replace(o, side=None) if rigid else o for o in found if not rigid or o.side != "motor"]
+    if stand.model.structure == "rigid":
+        found = [replace(o, side=None) for o in found if o.side != "motor"]
+    there = {(u.term, u.side) for u in hand.fitted.model.physics[given:] if u.term not in MANIFOLD}
+    return [o for o in found if (o.term, o.side) not in there]

@@ -61,7 +61,7 @@ def settle_contract(records: Sequence[JointRecord], model: JointModel, without: 
         new = replace(new, physics=(*new.physics, offset))
         new = replace(new, sensors=replace(new.sensors, effort_noise=0.0, effort_resolution=0.0))
     if exact is not None or new is not model:
-        stand = bench(exact or records, new)
+        stand = replace(bench(exact or records, new), count=stand.count)  # stretches of a recording are no recordings
     return Settled(stand, new, law, coarse, level)
 
 

@@ -67,7 +67,8 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
         value = use.values[param.name]
         low, high = plausible(stand, term, param.name)
         if param.name == "order":
-            low, high = max(0.7, value - 0.4), value + 0.4
+            reach = ORDER_OFF * value if _is_whole(stand, term) else 0.4
+            low, high = max(0.7, value - reach), value + reach
         low, high = (
             (max(low, param.low), min(high, param.high))
             if param.name not in ("phase_rad", "angle_rad")
@@ -80,6 +81,15 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
             scale = 0.1 * stand.scales.of(param.unit)
         knobs.append(Knob(place, param.name, scale, low, high))
     return knobs
+
+
+ORDER_OFF = 0.01
+"""Share by which a whole order may seem off: as much as the gear ratio in the model may."""
+
+
+def _is_whole(stand: Bench, term: PhysicsTerm) -> bool:
+    """Whether a wave repeats with each turn of a magnet or a disc: its order is then a whole number."""
+    return stand.model.axis == "rotary" and term.name != "transmission_error"
 
 
 def _shape_scale(stand: Bench, term: PhysicsTerm, name: str, scale: float) -> float:
@@ -104,6 +114,10 @@ def plausible(stand: Bench, term: PhysicsTerm, name: str) -> tuple[float, float]
     s = stand.scales
     low, high = s.centre - 1.05 * s.reach, s.centre + 1.05 * s.reach
     ranges: dict[tuple[str, str], tuple[float, float]] = {
+        ("torque_constant_change", "ratio"): (0.3, 1.5),
+        ("motor_inertia_change", "ratio"): (0.5, 2.0),
+        ("output_inertia_change", "ratio"): (0.2, 5.0),
+        ("stiffness_change", "ratio"): (0.2, 1.6),
         ("stribeck_friction", "velocity_rad_s"): (0.004 * s.speed, 0.7 * s.speed),
         ("stiffening", "cubic_per_rad2"): (0.0, 10.0 * s.windup**-2),
         ("presliding_friction", "torque_nm"): (0.0, 3.0 * s.torque),

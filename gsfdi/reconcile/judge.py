@@ -8,17 +8,25 @@ import numpy as np
 from gsfdi.fit import Fitted, covariance
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import KNOB_COST, Contest, without
+from gsfdi.reconcile.compete import KNOB_COST, MANIFOLD, Contest, is_sensor, size_of, without
 from gsfdi.reconcile.hand import Round, lay_out, term_knobs, with_term
+from gsfdi.reconcile.say import CONFUSED
+from gsfdi.reconcile.screen import Entry, within
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.types import Array
 
 UNLIKELY = {"sensor": 0.3}
 """Prior odds by component, against the rest: a sensor fails more rarely than it is blamed."""
 TRIVIAL = 0.005
-"""Share of the gain in log-likelihood below which a term is not worth a name."""
+"""Share of the gain in log-likelihood below which a slight term is not worth a name."""
+SLIGHT = 0.005
+"""Share of the drive's torque up to which a term is slight."""
 SIMULATED = 1.5e-3
 """Standard deviation that sampling, holding and the simulator's own steps leave in a number, as a share of it."""
+PER_NUMBER = 0.6
+"""Prior odds of each number that a term has: where the data cannot decide, the simpler name comes first."""
+ALIKE = 3e-5
+"""Share of a term's gain by which two may differ through how sensors and steps are written rather than in fact."""
 HOPELESS = 30.0
 """Log-likelihood behind which a rival is not worth a thorough fit."""
 CLOSE = 0.05
@@ -69,16 +77,19 @@ def rivals(
     keep = [i for i, k in enumerate(hand.fitted.knobs) if k.place != place]
     rest = [replace(k, place=k.place - (k.place > place)) for k in (hand.fitted.knobs[i] for i in keep)]
     found = []
-    for entry in contest.entries:
-        if entry.fitted is None or (entry.offer.term, entry.offer.side) == (own.term, own.side):
+    finalists = [entry for entry in contest.entries if entry.fitted is not None]
+    for entry in (*finalists, *unfitted_likes(own, contest)):
+        if (entry.offer.term, entry.offer.side) == (own.term, own.side):
             continue
         if any(
-            use.term == entry.offer.term
+            use.term == entry.offer.term and use.term not in MANIFOLD
             for i, use in enumerate(hand.fitted.model.physics)
-            if i >= given and i != place and use.onset is None
+            if i >= given and i != place
         ):
             continue
-        use = entry.fitted.model.physics[-1]
+        use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
+        if use is None:
+            continue
         model = with_term(replace(hand.fitted.model, physics=others), use)
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
         fitted = fit_knobs(hand.misfit, model, knobs, 4, hand.fitted.jacobian[:, keep])
@@ -91,6 +102,23 @@ def rivals(
 def price(use: TermUse) -> float:
     """Log-likelihood that a term's numbers must earn."""
     return KNOB_COST * (len(use.values) + (2 if use.onset is not None else 0))
+
+
+def unfitted_likes(own: TermUse, contest: Contest) -> list[Entry]:
+    """Offers of terms that are easily taken for `own` and yet were no finalists."""
+    likes = {name for pair in CONFUSED if own.term in pair for name in pair} - {own.term}
+    likes -= {entry.offer.term for entry in contest.entries if entry.fitted is not None}
+    best: dict[str, Entry] = {}
+    for entry in contest.entries:
+        if entry.offer.term in likes and entry.onset is None:
+            best.setdefault(entry.offer.term, entry)
+    return list(best.values())
+
+
+def first_guess(entry: Entry) -> TermUse | None:
+    """Term of an offer with the numbers that regression gave it."""
+    values = entry.offer.mix(entry.coefficients)
+    return None if values is None else entry.offer.use(within(entry.offer.term, values), entry.onset)
 
 
 def names(
@@ -117,10 +145,10 @@ def names(
         use = hand.fitted.model.physics[place]
         contest = _contest_of(use, contests)
         rows = rivals(hand, place, given, contest, shelf_terms) if contest is not None else []
-        temper = inflation(hand)
+        temper = inflation(hand) + ALIKE * max(without(hand, place).cost - hand.fitted.cost, 0.0)
         odds = [merit / temper + _prior(fitted.model.physics[-1], shelf_terms, hand) for merit, fitted in rows]
         own = _prior(use, shelf_terms, hand)
-        if odds and max(odds) > own + 1.0 and swaps < 2:
+        if odds and max(odds) > own + 0.1 and swaps < 3:
             hand = replace(lay_out(hand.stand, hand.tools, rows[int(np.argmax(odds))][1]), torque=hand.torque)
             swaps += 1
             place, found = given, []
@@ -144,10 +172,16 @@ def pruned(hand: Round, given: int) -> Round:
         trials = [without(hand, place) for place in range(given, len(hand.fitted.model.physics))]
         gains = [max(trial.cost - hand.fitted.cost, 0.0) for trial in trials]
         least = int(np.argmin(gains))
-        if gains[least] > TRIVIAL * sum(gains):
+        if gains[least] > TRIVIAL * sum(gains) or _weighs(hand, given + least, trials[least]):
             return hand
         hand = replace(lay_out(hand.stand, hand.tools, trials[least]), torque=hand.torque)
     return hand
+
+
+def _weighs(hand: Round, place: int, bare: Fitted) -> bool:
+    """Whether the term at `place`, that `bare` is without, acts with more than a slight torque."""
+    use = hand.fitted.model.physics[place]
+    return not is_sensor(use.term) and size_of(hand, bare) > SLIGHT
 
 
 def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) -> float:
@@ -155,6 +189,7 @@ def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) ->
     odds = UNLIKELY.get(term.component, 1.0)
     if term.place == "torque_constant" and hand.stand.records[0].effort == "drive_torque":
         odds *= 0.2  # a drive that reports torque has its constant behind it
+    odds *= PER_NUMBER ** len(use.values)
     return float(np.log(odds))
 
 
@@ -181,7 +216,27 @@ def _with_intervals(hand: Round, given: int, found: Sequence[Name]) -> list[Name
     return done
 
 
-def left_over(first: Round, last: Round, floor: Array) -> float:
-    """Missing torque that remains, as a share of what was missing with parameters alone (root mean square, 0 to 1)."""
-    before, after = (float(np.sqrt(np.sum(np.maximum(r.torque**2 - floor**2, 0.0)))) for r in (first, last))
-    return after / before if before > 0 else 0.0
+def left_over(first: Round, last: Round, floor: Array, sensed: bool) -> float:
+    """Mismatch that remains, as a share of what it was with parameters alone (root mean square, 0 to 1).
+
+    Parameters
+    ----------
+    first, last : Round
+        Parameters only, and the model with everything that was found.
+    floor : (k,) array
+        Torque noise that is known to be there [N m].
+    sensed : bool
+        Whether a sensor was found to err: no torque is then missing, and white innovations tell what remains.
+    """
+    if sensed:
+        before, after = (_beyond_noise(r, floor) for r in (first, last))
+    else:
+        before, after = (float(np.sqrt(np.sum(np.maximum(r.torque**2 - floor**2, 0.0)))) for r in (first, last))
+    return min(after / before, 1.0) if before > 0 else 0.0
+
+
+def _beyond_noise(hand: Round, floor: Array) -> float:
+    """Root mean square of the white innovations beyond the noise that is known to be there, in units of that noise."""
+    white = hand.stand.white([e[None] for e in hand.innovations], hand.stand.whiteners(floor))[0]
+    count = sum(float(hand.stand.awake(i).sum()) for i in range(len(hand.stand.records)))
+    return float(np.sqrt(max(white @ white / max(count, 1.0) - 1.0, 0.0)))

@@ -58,6 +58,8 @@ class Sheet:
     limited: Mask
     growth: Array
     rate: Array
+    braking: Array
+    """What the law takes off for the measured speed."""
 
 
 def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) -> LawCheck | None:
@@ -80,6 +82,8 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
     findings: list[LawFinding] = []
     while len(findings) < most:
         trials = _hypotheses(records, model, law, sheets, findings)
+        if not measured:
+            trials += _scaled(sheets, findings)
         trials = [f for f in trials if f.gain > SURE and _matters(f, size, law) and (measured or _plain(f))]
         trials = [
             f for f in trials if f.share > 0.5 or (f.share > 0.05 and left**2 * (1 - f.share) < (1.3 * noise) ** 2)
@@ -140,7 +144,8 @@ def sheet_of(record: JointRecord, model: JointModel, law: Controller, late: floa
     keep = np.isfinite(effort) & good & np.isfinite(error) & np.isfinite(rate) & (t + late <= t[-1])
     parts = {name: values[keep] for name, values in parts.items()}
     limited = np.abs(effort[keep]) >= 0.999 * law.limit
-    return Sheet(t[keep], effort[keep], parts, limited, np.nan_to_num(growth[keep]), rate[keep])
+    braking = -law.derivative * velocity[keep]
+    return Sheet(t[keep], effort[keep], parts, limited, np.nan_to_num(growth[keep]), rate[keep], braking)
 
 
 def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
@@ -158,6 +163,8 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
             total = total * finding.values["ratio"]
         elif finding.term == "current_bias":
             total = total + finding.values["bias_a"] * (sheet.t >= (finding.onset or 0.0))
+        elif finding.term == "position_gain":  # the log's speed is the slope of its positions; the controller's is not
+            total = total + (1 / finding.values["ratio"] - 1) * sheet.braking
     return np.asarray(total)
 
 
@@ -234,6 +241,19 @@ def _hypotheses(
     if "current_limit" not in taken:
         found += _limit(sheets, so_far, energy, n)
     return found
+
+
+def _scaled(sheets: Sequence[Sheet], so_far: Sequence[LawFinding]) -> list[LawFinding]:
+    """Positions on a wrong scale, where the speed that the controller had is not in the log but their slope."""
+    misfits = _misfits(sheets, so_far)
+    bare = [s.braking - s.braking.mean() for s in sheets]
+    n, energy, info = sum(map(len, bare)), float(sum(m @ m for m in misfits)), float(sum(b @ b for b in bare))
+    if info <= 0 or any(f.term == "position_gain" for f in so_far):
+        return []
+    slope = float(sum(b @ m for b, m in zip(bare, misfits, strict=True))) / info
+    rest = max(energy - slope**2 * info, 1e-12 * energy)
+    gain, spread = 0.5 * n * float(np.log(energy / rest)), float(np.sqrt(rest / n / info))
+    return [LawFinding("position_gain", {"ratio": 1 / (1 + slope)}, None, gain, 1 - rest / energy, spread)]
 
 
 def _step(sheet: Sheet, misfit: Array, energy: float, gain: object) -> list[LawFinding]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numba
 import numpy as np
-from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
+from scipy.linalg import solve_discrete_are
 
 from gsfdi.reconcile.bench import Bench
 from gsfdi.types import Array
@@ -67,34 +67,3 @@ def _smooth(A, C, K, G, known, e, fresh):  # type: ignore[no-untyped-def]
         if not fresh[k + 1]:
             after[k] += G @ (after[k + 1] - before[k + 1])
     return after
-
-
-def excess(stand: Bench, innovations: Sequence[Array], torque: Array) -> float:
-    """Mean square of the innovations beyond what sensors and known noise make, in units of the observer's own spread.
-
-    Parameters
-    ----------
-    stand : Bench
-        The recordings on their bench.
-    innovations : sequence of (n, 2) arrays
-        Under the base gain.
-    torque : (k,) array
-        Torque noise [N m] that is known to be there.
-    """
-    tools = stand.whiteners(stand.spread)
-    white = stand.white([e[None] for e in innovations], tools)[0]
-    count = sum(float(stand.awake(i).sum()) for i in range(len(tools)))
-    return float(white @ white) / max(count, 1.0) - noise_share(stand, torque)
-
-
-def noise_share(stand: Bench, torque: Array) -> float:
-    """Mean square that noise alone leaves in innovations whitened for the observer's own spread."""
-    system, n = stand.system, len(stand.system.Ad)
-    base = stand.gain[:n, list(system.rows)]
-    R, Q = np.diag(system.R), (system.Bt * np.square(torque)) @ system.Bt.T
-    A = system.Ad @ (np.eye(n) - base @ system.C)
-    P = solve_discrete_lyapunov(A, Q + system.Ad @ base @ R @ base.T @ system.Ad.T)
-    Q0 = (system.Bt * np.square(stand.spread)) @ system.Bt.T
-    P0 = solve_discrete_are(system.Ad.T, system.C.T, Q0 + 1e-12 * np.trace(Q0) / n * np.eye(n), R)
-    S, S0 = (system.C @ X @ system.C.T + R for X in (P, P0))
-    return float(np.trace(np.linalg.solve(S0, S)) / len(S))

@@ -79,7 +79,8 @@ def _told(case: _Case) -> Reconciliation:
         *([case.settled.coarse] if case.settled.coarse else []),
     ]
     entries = [*_law_entries(case, findings), *_term_entries(case), *_shift_entries(lone)]
-    left = left_over(case.first, case.hand, case.floor)
+    sensed = any(case.terms[name.use.term].place.endswith("sensor") for name in case.found)
+    left = left_over(case.first, case.hand, case.floor, sensed)
     remains = float(np.sqrt(np.sum(case.hand.torque**2))) / stand.scales.torque
     verdict = _verdict(case, entries, left, remains)
     if verdict == "unexplained":  # what only looked like the nearest is no name; it stays in the ranking
@@ -222,7 +223,7 @@ def _verdict(case: _Case, entries: Sequence[Mapping[str, Any]], left: float, rem
     material = remains > max(MATERIAL, 3 * known)
     if not entries:
         return "unexplained" if material else "no_mismatch"
-    if not material or left <= REMAINS:
+    if left <= REMAINS or remains <= 2 * known or not (case.found or material):
         return "explained"
     return "partly_explained" if left < 0.9 else "unexplained"
 

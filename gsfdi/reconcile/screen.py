@@ -1,9 +1,12 @@
 """Every offer against what is left: by linear regression for all of them, by replay for the best."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
+from scipy.signal import fftconvolve
 
 from gsfdi.fit import Fitted, Knob
 from gsfdi.motion import PhysicsTerm
@@ -13,8 +16,17 @@ from gsfdi.reconcile.offer import Offer
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
+from gsfdi.whiten import respond
 
-ONSETS = 10
+Ints = npt.NDArray[np.int64]
+
+LEAST = 20.0
+"""Log-likelihood that a winner must gain in any case: two simulators differ by some on data without any noise."""
+SHORT = 0.5
+"""Share of the gain that theory promised short of which a refit is gone on with."""
+ONSETS = 40
+EARLIEST = 0.03
+"""Share of the recording before which nothing sets in that was not there all along, nor after it from the end."""
 ONSET_COST = 5.0
 """Log-likelihood that an onset must gain beyond the same term from the start."""
 
@@ -45,41 +57,89 @@ class Screening:
 
 
 def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
-    """Regress what is left on every offer's signature, for every onset."""
+    """Regress what is left on every offer's signature, from the start and from every onset."""
     stand, model = hand.stand, hand.fitted.model
     tried = [with_term(model, offer.use(values)) for offer in candidates for values in offer.columns]
     moved = stand.innovations(tried)
     signatures = stand.white([m - e for m, e in zip(moved, hand.innovations, strict=True)], hand.tools)
     signatures[~(np.abs(signatures).max(axis=1) < 1e6)] = 0.0
     J = orthonormal(hand)
-    r = hand.fitted.residual
-    left, times = J.T @ r, stand_times(stand)
-    onsets = list(np.linspace(0, stand.scales.seconds, ONSETS + 2)[1:-1]) if stand.count == 1 else []
-    best: dict[int, Entry] = {}
+    late = np.linspace(EARLIEST, 1 - EARLIEST, ONSETS) * stand.scales.seconds if stand.count == 1 else np.zeros(0)
+    onsets = np.concatenate([[0.0], late])
+    sums = tails(signatures, J, hand.fitted.residual, np.searchsorted(stand_times(stand), onsets))
     first = np.cumsum([0, *(len(offer.columns) for offer in candidates)])
-    for onset in (None, *onsets):
-        part = slice(None) if onset is None else times >= onset
-        seen = signatures[:, part]
-        cross = seen @ J[part]
-        score = seen @ r[part] - cross @ left
-        for i, offer in enumerate(candidates):
-            if not (may_set_in(offer) if onset is not None else may_always_be(offer)):
-                continue
-            rows = slice(first[i], first[i + 1])
-            own = seen[rows] @ seen[rows].T
-            entry = _entry(offer, onset, own - cross[rows] @ cross[rows].T, -score[rows], own)
-            if entry is not None and (
-                i not in best or entry.linear > best[i].linear + (ONSET_COST if best[i].onset is None else 0)
-            ):
-                best[i] = entry
+    entries = []
+    for i, offer in enumerate(candidates):
+        rows = slice(first[i], first[i + 1])
+        if may_always_be(offer):
+            entries.append(_entry(offer, None, *(part[rows] for part in sums[0])))
+        if may_set_in(offer):
+            trials = (_entry(offer, float(t), *(p[rows] for p in x)) for t, x in zip(late, sums[1:], strict=True))
+            entries.append(max((e for e in trials if e is not None), key=lambda e: e.linear, default=None))
+        if offer.term == "position_bias" and stand.count == 1:
+            entries.append(stepped(hand, offer))
     bare = signatures - (signatures @ J) @ J.T
-    ranked = tuple(sorted(best.values(), key=lambda entry: -entry.linear))
-    return Screening(ranked, bare, np.sum(bare**2, axis=1))
+    ranked = sorted((e for e in entries if e is not None), key=lambda e: -e.linear + _dearer(e))
+    return Screening(tuple(ranked), bare, np.sum(bare**2, axis=1))
+
+
+def _dearer(entry: Entry) -> float:
+    return ONSET_COST if entry.onset is not None else 0.0
+
+
+Sums = tuple[Array, Array, Array]
+
+
+def tails(signatures: Array, J: Array, residual: Array, begins: Sequence[int] | Ints) -> list[Sums]:
+    """Sums over everything from each of `begins` on, in one pass.
+
+    Returns
+    -------
+    list of tuple
+        By beginning: products ``(m, 2)`` of each signature with itself and the next, its projections ``(m, k)`` on the
+        orthonormal `J`, its score ``(m,)`` against the residual less what the knobs in hand take over.
+    """
+    edges = [*begins, signatures.shape[1]]
+    own, cross, raw = [], [], []
+    for low, high in itertools.pairwise(edges):
+        part = signatures[:, low:high]
+        beside = np.einsum("ij,ij->i", part[:-1], part[1:])
+        own.append(np.column_stack([np.einsum("ij,ij->i", part, part), np.append(beside, 0.0)]))
+        cross.append(part @ J[low:high])
+        raw.append(part @ residual[low:high])
+    left = J.T @ residual
+    sums = [np.cumsum(x[::-1], axis=0)[::-1] for x in (own, cross, raw)]
+    return [(o, c, s - c @ left) for o, c, s in zip(*sums, strict=True)]
+
+
+def stepped(hand: Round, offer: Offer) -> Entry | None:
+    """Find the moment at which a constant added to the position would explain most, by a matched filter.
+
+    An observer soon follows a biased sensor, so that only the step shows, and it looks alike wherever it is.
+    """
+    stand, width = hand.stand, len(hand.stand.system.rows)
+    trial = offer.columns[0]["bias_rad"]
+    best, start = None, 0
+    for i, record in enumerate(stand.records):
+        n = len(record.t)
+        sensed = np.zeros((1, n, 2))
+        sensed[0, n // 2 :, 0] = trial
+        answer = respond(stand.system, stand.gain, np.zeros((1, n, stand.system.Bt.shape[1])), sensed, stand.steps[i])
+        shape = hand.tools[i](answer)[0, width * (n // 2) :]
+        residual = hand.fitted.residual[start : start + width * n]
+        start += width * n
+        score = np.asarray(fftconvolve(residual, shape[::-1]))[len(shape) - 1 :: width][: n - n // 4]
+        k, power = int(np.argmax(np.abs(score))), float(shape @ shape)
+        c = np.array([score[k] / power])
+        entry = Entry(offer, float(record.t[k]), c, float(0.5 * score[k] ** 2 / power))
+        if power > 0 and offer.mix(c) is not None and (best is None or entry.linear > best.linear):
+            best = entry
+    return best
 
 
 def may_set_in(offer: Offer) -> bool:
-    """Whether the term may begin during a recording: not if it says itself when it does."""
-    return "onset_s" not in offer.columns[0]
+    """Whether the term may begin during a recording: not if it says itself when it does, or shows only as it begins."""
+    return "onset_s" not in offer.columns[0] and offer.term != "position_bias"
 
 
 def may_always_be(offer: Offer) -> bool:
@@ -87,13 +147,17 @@ def may_always_be(offer: Offer) -> bool:
     return offer.term != "position_bias"
 
 
-def _entry(offer: Offer, onset: float | None, info: Array, score: Array, own: Array) -> Entry | None:
-    if np.any(np.diag(info) < 1e-6 * np.diag(own) + 1e-12):
+def _entry(offer: Offer, onset: float | None, own: Array, cross: Array, score: Array) -> Entry | None:
+    square = np.diag(own[:, 0])
+    if len(square) == 2:
+        square[0, 1] = square[1, 0] = own[0, 1]
+    info = square - cross @ cross.T
+    if np.any(np.diag(info) < 1e-6 * own[:, 0] + 1e-12):
         return None
-    c = np.asarray(np.linalg.solve(info + 1e-9 * np.diag(np.diag(info)), score), dtype=np.float64)
+    c = np.asarray(np.linalg.solve(info + 1e-9 * np.diag(np.diag(info)), -score), dtype=np.float64)
     if offer.mix(c) is None:
         return None
-    return Entry(offer, onset, c, float(0.5 * score @ c))
+    return Entry(offer, onset, c, float(-0.5 * score @ c))
 
 
 def stand_times(stand: Bench) -> Array:
@@ -106,20 +170,43 @@ def refit(hand: Round, entry: Entry, rounds: int = 3) -> Entry:
     values = entry.offer.mix(entry.coefficients)
     if values is None:
         return entry
-    values = within(entry.offer.term, values)
+    values = tuned(hand, entry, within(entry.offer.term, values))
     model = with_term(hand.fitted.model, entry.offer.use(values, entry.onset))
     place = len(model.physics) - 1
     knobs = [*hand.fitted.knobs, *term_knobs(hand.stand, model, place)]
-    known = hand.fitted.jacobian
-    fitted = fit_knobs(hand.misfit, model, knobs, rounds, known)
+    fitted = fit_knobs(hand.misfit, model, knobs, rounds, hand.fitted.jacobian)
     if entry.onset is not None:
-        fitted = refined_onset(hand, fitted, place, hand.stand.scales.seconds / (ONSETS + 1))
+        fitted = refined_onset(hand, fitted, place, hand.stand.scales.seconds / ONSETS)
+    if entry.linear > LEAST and hand.fitted.cost - fitted.cost < SHORT * entry.linear:
+        fitted = fit_knobs(hand.misfit, fitted.model, knobs, 3 * rounds)
     return replace(entry, onset=fitted.model.physics[place].onset, fitted=fitted, gain=hand.fitted.cost - fitted.cost)
+
+
+def tuned(hand: Round, entry: Entry, values: Mapping[str, float]) -> Mapping[str, float]:
+    """Find a mode's frequency on an ever finer grid: a resonance is far narrower than the grid that offers stand on."""
+    if "frequency_hz" not in values:
+        return values
+    ratio = 1.6
+    for _ in range(3):
+        span = values["frequency_hz"] * ratio ** np.linspace(-1, 1, 13)
+        trials = [{**values, **within(entry.offer.term, {"frequency_hz": f})} for f in span]
+        moved = hand.misfit([with_term(hand.fitted.model, entry.offer.use(v, entry.onset)) for v in trials])
+        seen = moved - hand.fitted.residual
+        J = orthonormal(hand)
+        bare = seen - (seen @ J) @ J.T
+        scores = bare @ hand.fitted.residual
+        gains = np.where(scores < 0, scores**2 / np.maximum(np.sum(bare**2, axis=1), 1e-300), 0.0)
+        best = int(np.nanargmax(gains))
+        c = float(-scores[best] / max(bare[best] @ bare[best], 1e-300))
+        size = trials[best]["inertia_kg_m2"] * (c if 0 < c < 1e3 else 1.0)
+        values = {**trials[best], **within(entry.offer.term, {"inertia_kg_m2": size})}
+        ratio **= 1 / 4
+    return values
 
 
 def refined_onset(hand: Round, fitted: Fitted, place: int, width: float) -> Fitted:
     """Move the onset of the term at `place` to where it fits best; slopes cannot, for it moves by whole samples."""
-    knob = Knob(place, "onset", 1.0, 0.0, 0.99 * hand.stand.scales.seconds)
+    knob = Knob(place, "onset", 1.0, 0.5 * EARLIEST * hand.stand.scales.seconds, 0.99 * hand.stand.scales.seconds)
     for _ in range(3):
         start = knob.read(fitted.model)
         models = [knob.turn(fitted.model, start + step * width) for step in np.linspace(-1, 1, 9)]

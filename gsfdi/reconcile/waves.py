@@ -51,7 +51,8 @@ def _grid(stand: Bench, on_joint: bool) -> Array:
     fastest = np.pi / stand.scales.period / max(stand.scales.speed * turns, 1e-12)
     if stand.model.axis == "linear":
         return np.geomspace(1.0, 100.0, 60) * np.pi / (stand.scales.reach * turns)
-    return np.arange(1.0, max(2.0, min(100.0, 0.9 * fastest)) + 1.0)
+    first = 2.0 if turns == 1 and not on_joint else 1.0  # one wave a turn of a gearless joint is a weight's
+    return np.arange(first, max(2.0, min(100.0, 0.9 * fastest)) + 1.0)
 
 
 def _acting(stand: Bench, name: str, i: int, waves: Array) -> tuple[Array, Array]:
