@@ -152,10 +152,10 @@ def _nonnegative(bins: Array) -> tuple[float, float]:
     return steady, driven
 
 
-def _cumulative(power: Array, slack: float) -> Array:
+def _cumulative(power: Array, slack: Array) -> Array:
     total, sums = 0.0, np.zeros(len(power))
-    for i, value in enumerate(power):
-        total = max(0.0, total + value - slack)
+    for i, (value, less) in enumerate(zip(power, slack, strict=True)):
+        total = max(0.0, total + value - less)
         sums[i] = total
     return sums
 
@@ -173,9 +173,11 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
         slack = settings["slack"] + 4.0 * between
         ratio = bins[:, 0] / np.maximum(_expected(bins, learnt[name]), 1e-300)
         excess = (np.minimum(ratio, settings["lone"] * max(top, 1.0)) - 1.0) * bins[:, 1]
-        sums = _cumulative(excess, slack * float(np.median(bins[:, 1])))
+        # The slack is each sample's own: most bins of a long batch, which is scored in part, hold no samples at all.
+        sums = _cumulative(excess, slack * bins[:, 1])
         scale = max(float(wander), 2.0) / (2.0 * slack)
-        # A lone bad sample fills a window, and so two bins at most.
+        # A lone bad sample fills a window, and so two bins at most, which are longer in a long batch.
+        full = max(float(full), float(bins[:, 1].max()))
         limit = scale * np.log(2.0 * max(len(bins), 2) / rate) + 2.0 * settings["lone"] * max(top, 1.0) * full
         p = float(min(1.0, len(bins) * np.exp(-np.clip((sums.max() - limit) / scale, -50, 600)) * rate / len(bins)))
         watched[name] = (sums, limit, p)
