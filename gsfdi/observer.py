@@ -181,54 +181,58 @@ def scores(
     n, nx, p, m, q = len(u), Ad.shape[0], C.shape[0], size.shape[1], exact.shape[0]
     g, h, H, energy = np.zeros((count, m)), np.zeros((count, m)), np.zeros((m, m)), np.zeros((count, 2))
     x = np.zeros((count, m))
-    z, s, ws, new = np.zeros((m, nx)), np.zeros((m, p)), np.zeros((m, p)), np.zeros(nx)
+    # Directions lie along the last axis throughout, so that the inner loops run over memory in order.
+    z, new = np.zeros((nx, m)), np.zeros((nx, m))
+    s, ws = np.zeros((p, m)), np.zeros((p, m))
+    early, late = np.ascontiguousarray(early.T), np.ascontiguousarray(late.T)
+    sensed = np.ascontiguousarray(sensed.T)
     last = gains.shape[0] - 1
     for k in range(n):
         K, b, after = gains[min(k, last)], bins[k], min(k + 1, n - 1)
         live = trusted[k] * used[k] > 0
-        for j in range(m):
-            for i in range(p):
-                s[j, i] = sensed[j, i] * size[k, j]
-                for a in range(nx):
-                    s[j, i] += C[i, a] * z[j, a]
-        if live:
+        for i in range(p):
             for j in range(m):
-                for i in range(p):
-                    ws[j, i] = 0.0
-                    for o in range(p):
-                        ws[j, i] += weight[i, o] * s[j, o]
-                    g[b, j] += ws[j, i] * e[k, i]
-                    h[b, j] += ws[j, i] * s[j, i]
-            for j in range(m):
-                if mate[j] >= 0:
-                    for i in range(p):
-                        x[b, j] += ws[j, i] * s[mate[j], i]
-            if k % THIN == 0:
+                s[i, j] = sensed[i, j] * size[k, j]
+            for a in range(nx):
                 for j in range(m):
-                    for o in range(j + 1):
-                        for i in range(p):
-                            H[j, o] += THIN * ws[j, i] * s[o, i]
+                    s[i, j] += C[i, a] * z[a, j]
+        if live:
+            for i in range(p):
+                ws[i] = 0.0
+                for o in range(p):
+                    for j in range(m):
+                        ws[i, j] += weight[i, o] * s[o, j]
+                for j in range(m):
+                    g[b, j] += ws[i, j] * e[k, i]
+                    h[b, j] += ws[i, j] * s[i, j]
+                    if mate[j] >= 0:
+                        x[b, j] += ws[i, j] * s[i, mate[j]]
+            if k % THIN == 0:
+                for i in range(p):
+                    for j in range(m):
+                        share = THIN * ws[i, j]
+                        for o in range(j + 1):
+                            H[j, o] += share * s[i, o]
             for i in range(p):
                 for o in range(p):
                     energy[b, 0] += e[k, i] * weight[i, o] * e[k, o]
             energy[b, 1] += 1.0
-        for j in range(m):
-            if used[k] > 0:
-                for a in range(nx):
-                    for i in range(p):
-                        z[j, a] -= K[a, i] * s[j, i]
+        if used[k] > 0:
             for a in range(nx):
-                total = early[j, a] * size[k, j] + late[j, a] * size[after, j]
+                for i in range(p):
+                    for j in range(m):
+                        z[a, j] -= K[a, i] * s[i, j]
+        for a in range(nx):
+            for j in range(m):
+                new[a, j] = early[a, j] * size[k, j] + late[a, j] * size[after, j]
+            for c in range(nx):
+                for j in range(m):
+                    new[a, j] += Ad[a, c] * z[c, j]
+            for j in range(q):
+                new[a, j] += exact_u[j, a] * u[k]
                 for c in range(nx):
-                    total += Ad[a, c] * z[j, c]
-                new[a] = total
-            if j < q:
-                for a in range(nx):
-                    new[a] += exact_u[j, a] * u[k]
-                    for c in range(nx):
-                        new[a] += exact[j, a, c] * states[k, c]
-            for a in range(nx):
-                z[j, a] = new[a]
+                    new[a, j] += exact[j, a, c] * states[k, c]
+        z, new = new, z
     for j in range(m):
         for o in range(j):
             H[o, j] = H[j, o]
