@@ -42,11 +42,17 @@ def read(path: Path, mappings: Sequence[Mapping]) -> Iterator[Item]:
             what = f"would unpack to {unpacked >> 20} MB, more than its size can honestly hold"
             raise UnusableInputError(path, what, "leave the file out")
         try:
-            for batch in file.iter_batches(batch_size=ROWS, columns=wanted):
+            for batch in _blocks(file, wanted):
                 for plan in chosen:
                     yield from columns_of(batch, plan, str(path))
         except (pa.ArrowException, OSError, ValueError) as error:
             yield Problem(str(path), f"is damaged: {error}; what was read before stands", "fetch the file again")
+
+
+def _blocks(file: pq.ParquetFile, columns: list[str]) -> Iterator[pa.RecordBatch]:
+    """The table in blocks; a row group at a time, since a walk over all of them would keep their bytes to its end."""
+    for group in range(file.num_row_groups):
+        yield from file.iter_batches(batch_size=ROWS, row_groups=[group], columns=columns, use_threads=False)
 
 
 def describe(path: Path, mappings: Sequence[Mapping]) -> dict[str, object]:

@@ -147,7 +147,8 @@ def columns_of(table: pa.RecordBatch, plan: Plan, origin: str) -> Iterator[Colum
         return
     codes, joints = _joints(table.column(plan.joint))
     for code, joint in enumerate(joints):
-        here = known & (codes == code)
+        mask = known & (codes == code)
+        here = slice(None) if mask.all() else mask  # a block of one joint is the rule, and need not be copied
         values = {}
         for pick in plan.picks:
             found = _in_si(numbers[pick.column][here], pick.source)
