@@ -154,7 +154,7 @@ def _learnt(nominal: Nominal, directions: Mapping[str, Direction], moving: Movin
     place = {"motor": 0, "output": 1, "spring": 2}
     for key, value in nominal.terms.items():
         one = directions[key]
-        if one.shape is not None and one.enters in place:
+        if value and one.shape is not None and one.enters in place:  # most joints show few of the terms
             torque[:, place[one.enters]] += value * one.shape(moving)
     dry = nominal.terms.get("coulomb_friction:motor", 0.0)
     stuck = np.zeros(len(moving.t), dtype=np.bool_)

@@ -71,18 +71,21 @@ def stretches(record: JointRecord, needs: Sequence[str], step: float, shortest: 
     """
     read: dict[str, tuple[Array, Array, Mask]] = {}
     start, end = -np.inf, np.inf
+    rising = np.diff(record.t, prepend=-np.inf) > 0
     for name in needs:
-        values = record[name]
-        kept = np.isfinite(values)
-        kept[1:] &= np.diff(record.t, prepend=record.t[0])[1:] > 0
-        t, values = record.t[kept], values[kept]
+        values, t = record[name], record.t
+        kept = np.isfinite(values) & rising
+        if not kept.all():
+            t, values = t[kept], values[kept]
         if len(t) < shortest:
             return
         alone = lone_samples(values)
-        read[name] = (t[~alone], values[~alone], alone)
+        if alone.any():
+            t, values = t[~alone], values[~alone]
+        read[name] = (t, values, alone)
         start, end = max(start, float(t[0])), min(end, float(t[-1]))
     spans = []
-    for t, _, _ in read.values():
+    for t in {id(t): t for t, _, _ in read.values()}.values():  # whole channels share one clock
         longest = GAP * max(step, float(np.median(np.diff(t))))
         at = np.flatnonzero(np.diff(t) > longest)
         spans += [(float(t[i]), float(t[i + 1])) for i in at]
