@@ -45,7 +45,10 @@ class Plant:
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """``u = kp (r - y) + ki ∫(r - y) dt + kd (b ṙ - ω/N)``, sampled and held; u in amperes, or in N m (N)."""
+    """``u = kp (r - y) + ki ∫(r - y) dt + kd (b ṙ - ω/N)``, sampled and held; u in amperes, or in N m (N).
+
+    `derivative_delay` is the age of the speed ω [s]: a controller that takes differences of positions has an older one.
+    """
 
     proportional: float
     integral: float
@@ -53,6 +56,7 @@ class Controller:
     sample_rate: float
     rate_feedforward: float = 1.0
     limit: float = float("inf")
+    derivative_delay: float = 0.0
     effort: Effort = "motor_current"
 
 

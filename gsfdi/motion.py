@@ -140,6 +140,11 @@ class PhysicsTerm:
         step must resolve what they make.
     wave : str
         Parameter that counts periods per motor revolution, which the step must resolve too.
+    sudden : bool
+        Whether it may set in from one moment to the next, as damage, contact or a failing sensor does; what lies in
+        the design, as teeth, magnets and cables do, is there from the start.
+    several : bool
+        Whether a joint may have more than one of it.
     """
 
     name: str
@@ -158,6 +163,8 @@ class PhysicsTerm:
     stiffness: Callable[[Array], float] | None = None
     damping: Callable[[Array], float] | None = None
     wave: str = ""
+    sudden: bool = True
+    several: bool = False
 
     def param(self, name: str) -> Param:
         """Find the parameter called `name`, in its rotary or its linear spelling."""

@@ -146,7 +146,11 @@ def pack(model: JointModel, finer: int = 1) -> Array:
             wave = max(wave, float(values[[param.name for param in term.params].index(term.wave)]))
     step = min(longest_step(model, row) for row in eras) / finer
     law = model.controller
-    gains = (law.proportional, law.integral, law.derivative, law.rate_feedforward, law.limit) if law else (0,) * 5
+    gains = (
+        (law.proportional, law.integral, law.derivative, law.rate_feedforward, law.limit, law.derivative_delay)
+        if law
+        else (0,) * 6
+    )
     rigid = model.structure == "rigid"
     head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, len(eras)]
     first = [bisect_left(slots, slot) for slot in range(kernel.SLOTS + 1)]

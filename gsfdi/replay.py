@@ -37,7 +37,7 @@ TORQUE_CONSTANT, CURRENT, DELAY, MOTOR_TORQUE, OUTPUT_TORQUE, MOTOR_DRY, OUTPUT_
 WINDUP, SPRING, POSITION_SENSOR, VELOCITY_SENSOR, CURRENT_SENSOR, LATENCY, SLOTS = range(7, 14)
 
 # A packed model: controller, step, where each slot's terms begin; then a row per era and a row per term.
-KP, KI, KD, RATE_FEEDFORWARD, LIMIT, LONGEST_STEP, WAVE, GEAR, RIGID, ERAS, FIRST = range(11)
+KP, KI, KD, RATE_FEEDFORWARD, LIMIT, SPEED_AGE, LONGEST_STEP, WAVE, GEAR, RIGID, ERAS, FIRST = range(12)
 ERA_ROWS = FIRST + SLOTS + 1
 INERTIA_MOTOR, INERTIA_OUTPUT, SPRING_RATE, DAMPING, DRIVE_GAIN, FROM_TIME, ERA_WIDTH = range(7)
 ADDRESS, ONSET, PARAMS, TERM_WIDTH = 0, 1, 2, 6
@@ -416,12 +416,18 @@ def begin(start, row, v, states):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def command(model, mode, m, v, states, clock, now, held):  # type: ignore[no-untyped-def]
+def command(model, mode, m, v, states, clock, state, now, held, noise, resolution):  # type: ignore[no-untyped-def]
     """Effort that flows from event `now` on."""
     ratio = 1.0 if model[RIGID] > 0 else model[GEAR]
     if mode == CLOSED_LOOP:
         if clock[now, TICK] > 0:
-            held = control(model, clock, now, v[SENSED, 0], v[SENSED, 1] / ratio, v)
+            speed = v[SENSED, 1]
+            if model[SPEED_AGE] > 0:
+                motion_at(clock, state, now, clock[now, TIME] - model[SPEED_AGE], v)
+                sense(model, m, v, states, SEEN, LATE, clock[now, TIME], noise, resolution, now)
+                see(model, m, v, X, clock[now, TIME])
+                speed = v[LATE, 1]
+            held = control(model, clock, now, v[SENSED, 0], speed / ratio, v)
             held = mapped(CURRENT, model, m, states, held)
     elif mode == PREDICT_CONTROLLER:
         if clock[now, TICK] > 0 and math.isfinite(clock[now, POSITION] + clock[now, VELOCITY]):
@@ -489,7 +495,7 @@ def run(model, clock, noise, resolution, mode, start, gain, restarts, state, sho
         sense(model, m, v, states, X, SENSED, time, noise, resolution, now)
         if clock[now, RECORD] >= 0:
             show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, shown)
-        held = command(model, mode, m, v, states, clock, now, held)
+        held = command(model, mode, m, v, states, clock, state, now, held, noise, resolution)
         state[now, INTEGRAL], state[now, FLOWING] = v[MEMORY, 0], held
         if clock[now, RECORD] >= 0:
             shown[int(clock[now, RECORD]), SHOWN_EFFORT] = mapped(CURRENT_SENSOR, model, m, states, held)

@@ -10,7 +10,7 @@ import numpy as np
 
 from gsfdi.proof import motions
 from gsfdi.proof.joints import MUJOCO_SHAPE, Shape, known_friction, nominal_of, shape_for, varied
-from gsfdi.proof.kinds import KINDS, PARAMETERS, Kind, equivalents
+from gsfdi.proof.kinds import KINDS, NEARLY, PARAMETERS, Kind, equivalents
 from gsfdi.proof.mujoco_world import run_mujoco
 from gsfdi.proof.sizes import SIZES, Rng, Scales, faulty_controller
 from gsfdi.proof.world import (
@@ -140,9 +140,10 @@ def draw(design: Design, seed: int) -> Case:
 
 
 def _unknown(effects: list[Effect], joint: Joint) -> tuple[str, ...]:
-    """Terms that the tool must do without, so that it knows none of `effects`: theirs and their equivalents."""
+    """Terms that the tool must do without, to know none of `effects`: theirs and what describes them as well."""
     told = {"controller": False}
-    return tuple(dict.fromkeys(name for e in effects for name in (e.term, *equivalents(joint, e, told))))
+    alike = ((e.term, *equivalents(joint, e, told), *NEARLY.get(e.term, ())) for e in effects)
+    return tuple(dict.fromkeys(name for names in alike for name in names))
 
 
 def _telemetry(kinds: list[Kind], rng: Rng) -> Telemetry:

@@ -273,6 +273,15 @@ EQUIVALENT: dict[str, tuple[str, ...]] = {
     # A constant torque is a friction that differs by direction as long as the joint moves.
     "constant_load": ("asymmetric_friction",),
 }
+NEARLY: dict[str, tuple[str, ...]] = {
+    # Over a small angle a weight's torque is a constant and a slope: what a load and a cable are.
+    "gravity_unbalance": ("cable_harness", "constant_load"),
+    "cable_harness": ("gravity_unbalance", "constant_load"),
+    "constant_load": ("gravity_unbalance", "cable_harness"),
+    "coulomb_friction": ("presliding_friction",),
+    "presliding_friction": ("coulomb_friction",),
+}
+"""Terms that describe another's effect so well that, where one is withheld, nothing is left that no term describes."""
 EQUIVALENT_RIGID: dict[str, tuple[str, ...]] = {
     # One equation: torque constant against everything it drives, and no spring to tell the sides apart.
     "torque_constant_change": ("output_inertia_change",),

@@ -178,7 +178,7 @@ def _onset(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> dict[str, Any]
 def _parameters(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> Iterable[dict[str, Any]]:
     """Error and coverage of every parameter of every true term that the answer names."""
     given = {str(entry["term"]): entry for entry in joint.get("omitted_physics", [])}
-    scale = _torque_scale(truth, given)
+    scale = _torque_scale(truth, joint)
     for effect in truth["effects"]:
         entry = given.get(effect["term"])
         if entry is None or effect["variant"] or effect["term"] in OTHER_LAW:
@@ -211,14 +211,13 @@ def _error(name: str, value: float, told: float, reach: float) -> float:
     return abs(told - value) / abs(value) if value else abs(told)
 
 
-def _torque_scale(truth: Mapping[str, Any], given: Mapping[str, Mapping[str, Any]]) -> float:
-    """Torque constant that the answer believes in over the true one."""
-    true = truth["nominal_off"].get("torque_constant_change", 1.0)
-    entry = given.get("torque_constant_change")
-    ratio = entry["parameters"]["ratio"]["value"] if entry and "ratio" in entry.get("parameters", {}) else 1.0
+def _torque_scale(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> float:
+    """Torque constant of the answer's model over the true one."""
     if any(effect["term"] == "torque_constant_change" for effect in truth["effects"]):
         return 1.0
-    return float(ratio / true)
+    true = truth["nominal_off"].get("torque_constant_change", 1.0)
+    believed = (joint.get("parameters") or {}).get("torque_constant_change") or {}
+    return float(believed.get("ratio", 1.0) / true)
 
 
 def _fit(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> dict[str, Any] | None:

@@ -26,6 +26,10 @@ FIRST = 8  # samples from which a replay takes its starting rates
 WARM_UP = 0.5  # [s] after every start that decides nothing: the states of terms with memory are unknown there
 HOLD_OUT = (0.70, 0.88)
 """Part of the time of every recording that is kept for judging, as shares."""
+WINDOWS = (HOLD_OUT, (0.52, 0.70), (0.34, 0.52), (0.16, 0.34))
+"""Parts that may be kept: the first whose misfit is like the rest's, so that what acts there acts elsewhere, too."""
+USUAL = 0.4
+"""Share of the misfit up to which a part of 0.18 of the time is like the rest."""
 MOST = 0.05
 """Share of the drive's torque that the observer expects to be missing at most, however much is."""
 LEAN = 0.5
@@ -79,6 +83,7 @@ class Bench:
     scales: Scales
     grains: tuple[Array, ...] = ()
     """Errors ``(n, 2)`` of sensors so coarse that their error is no white noise, as they would be on this motion."""
+    window: tuple[float, float] = HOLD_OUT
 
     @property
     def critical(self) -> float:
@@ -156,7 +161,7 @@ class Bench:
     @property
     def held_out(self) -> tuple[float, float]:
         """First and last second of the part that is kept for judging and takes no part in choosing or fitting."""
-        return HOLD_OUT[0] * self.scales.seconds, HOLD_OUT[1] * self.scales.seconds
+        return self.window[0] * self.scales.seconds, self.window[1] * self.scales.seconds
 
     def blocks(self) -> Ints:
         """Block of time of every white innovation."""
@@ -212,6 +217,26 @@ def bench(records: Sequence[JointRecord], model: JointModel) -> Bench:
         scales=scales,
     )
     return replace(stand, grains=grain_errors(stand))
+
+
+def typical_window(stand: Bench, innovations: Sequence[Array]) -> tuple[float, float]:
+    """Choose the part to keep for judging: the first that holds no more than its share of the misfit.
+
+    Parameters
+    ----------
+    stand : Bench
+    innovations : sequence of (n, 2) arrays
+        Of the nominal model with its numbers fitted.
+    """
+    power, when = [], []
+    for e, record in zip(innovations, stand.records, strict=True):
+        rows = np.nan_to_num(e[:, list(stand.system.rows)])
+        power.append(np.sum(rows**2 / stand.system.R, axis=1))
+        when.append(record.t / stand.scales.seconds)
+    energy, t = np.concatenate(power), np.concatenate(when)
+    whole = float(energy[t > 0.02].sum()) or 1.0
+    shares = [float(energy[(t >= low) & (t < high)].sum()) / whole for low, high in WINDOWS]
+    return next((w for w, share in zip(WINDOWS, shares, strict=True) if share < USUAL), WINDOWS[int(np.argmin(shares))])
 
 
 def grain_errors(stand: Bench) -> tuple[Array, ...]:

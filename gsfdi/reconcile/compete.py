@@ -3,7 +3,7 @@
 Every offer's signature is the change of the white innovations when the term is switched on in a replay. A linear
 regression on signature and plant together says how much of the log-likelihood the term could gain, from the start or
 from an onset on. The best are then refitted by replay, all numbers at once, and the winner joins the model if its gain
-beats what chance would give the luckiest of all offers on this very motion.
+beats what chance would give the luckiest of as many offers on this very motion.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,12 +14,12 @@ import numpy as np
 from gsfdi.fit import Fitted, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.bench import Bench, effort_floor, surprise
-from gsfdi.reconcile.calibrate import luckiest
+from gsfdi.reconcile.bench import Bench, effort_floor, surprise, typical_window
+from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.hand import Round, lay_out, plant_knobs, settle, start_knobs, started
 from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.reconcile.remainder import missing_torque
-from gsfdi.reconcile.screen import LEAST, ONSET_COST, ONSETS, Entry, refined_onset, refit, screen
+from gsfdi.reconcile.screen import LEAST, ONSET_COST, ONSETS, Entry, Screening, refined_onset, refit, screen
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.waves import worthy_orders
 from gsfdi.registry import shelf
@@ -34,8 +34,8 @@ MATERIAL = 1e-3
 """Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
 TRIVIAL = 0.02
 """Share of the missing torque below which no further term is looked for."""
-SURE = 0.995
-"""Share of null draws whose luckiest offer a winner must beat."""
+CHANCE = 0.005
+"""Probability that chance alone makes one of all offers a winner."""
 KNOB_COST = 4.0
 """Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""
 ELSEWHERE = ("quantisation", "current_limit", "timestamp_latency")
@@ -44,11 +44,11 @@ ELSEWHERE = ("quantisation", "current_limit", "timestamp_latency")
 
 @dataclass(frozen=True, slots=True)
 class Contest:
-    """One round as it went: who competed, who won, and what chance would have given the luckiest."""
+    """One round as it went: who competed, best first, who won, and how many offers there were."""
 
     entries: tuple[Entry, ...]
     winner: Entry | None
-    luck: Array
+    trials: int
 
 
 def compete(
@@ -79,9 +79,15 @@ def compete(
     """
     floor = effort_floor(stand)
     knobs = [*plant_knobs(model, stand.records[0].effort), *start_knobs(stand)]
-    if level > 0:
+    if level > 0:  # the effort is the law's own: no sensor of it can err in proportion
+        shelf_terms = {name: term for name, term in shelf_terms.items() if name != "current_gain"}
         knobs.append(Knob(len(model.physics) - 1, "torque_nm", level, -20 * level, 20 * level, 0.0, level))
-    first = hand = settle(stand, started(model, len(stand.records)), knobs, floor)
+    first = settle(stand, started(model, len(stand.records)), knobs, floor)
+    window = typical_window(stand, first.innovations)
+    if window != stand.window:
+        stand = replace(stand, window=window)
+        first = settle(stand, started(model, len(stand.records)), knobs, floor)
+    hand = first
     contests: list[Contest] = []
     while True:
         contest, settled = contend(hand, shelf_terms, floor, len(model.physics))
@@ -167,13 +173,9 @@ def contend(
     """
     screening = screen(hand, all_offers(hand, shelf_terms, given))
     finalists = [refit(hand, entry) for entry in distinct(screening.entries, FINALISTS)]
-    ranked = sorted(finalists, key=merit, reverse=True)
-    entries = (*ranked, *screening.entries)
-    if not ranked or ranked[0].fitted is None:
-        return Contest(entries, None, np.zeros(1)), None
-    luck = luckiest(screening.bare, screening.information, ranked[0].fitted.residual, hand.stand.blocks())
-    bar = max(LEAST, float(np.quantile(luck, SURE)))
-    worthy = [e for e in ranked if merit(e) > max(bar + _late(e), NEAR * merit(ranked[0])) and matters(hand, e)]
+    ranked = calibrated(hand, screening, sorted(finalists, key=merit, reverse=True))
+    trials = len(screening.information)
+    worthy = [e for e in needed(ranked) if merit(e) > max(e.bar, NEAR * merit(ranked[0])) and matters(hand, e)]
     best: tuple[float, Entry, Round] | None = None
     for entry in worthy[:SETTLED]:
         assert entry.fitted is not None
@@ -183,7 +185,26 @@ def contend(
         gain = likelier(settled, hand) - _numbers(entry)
         if gain > (best[0] if best else 0.0):  # one that gains nothing only moves the mismatch about
             best = (gain, entry, settled)
-    return Contest(entries, best[1] if best else None, luck), best[2] if best else None
+    contest = Contest((*ranked, *screening.entries), best[1] if best else None, trials)
+    return contest, best[2] if best else None
+
+
+def needed(ranked: Sequence[Entry]) -> list[Entry]:
+    """Finalists without those that set in to no purpose: the same term from the start has as much merit."""
+    always = {(e.offer.term, e.offer.side): merit(e) for e in ranked if e.onset is None}
+    return [e for e in ranked if e.onset is None or merit(e) > always.get((e.offer.term, e.offer.side), -np.inf)]
+
+
+def calibrated(hand: Round, screening: Screening, ranked: Sequence[Entry]) -> list[Entry]:
+    """Give each finalist the bar that it must pass, under what the best of them leaves."""
+    if not ranked or ranked[0].fitted is None:
+        return []
+    times = inflations(screening.bare, screening.information, ranked[0].fitted.residual, hand.stand.blocks())
+    found = []
+    for entry in ranked:
+        own = float(np.max(times[slice(*entry.rows)], initial=1.0))
+        found.append(replace(entry, inflation=own, bar=max(LEAST, bar(own, len(times), CHANCE)) + _late(entry)))
+    return found
 
 
 def settled_onset(hand: Round, floor: Array) -> Round:
@@ -234,18 +255,6 @@ def distinct(entries: Sequence[Entry], most: int) -> list[Entry]:
     return list(seen.values())[:most]
 
 
-MANIFOLD = (
-    "cogging",
-    "torque_ripple",
-    "transmission_error",
-    "encoder_eccentricity",
-    "structural_mode",
-    "position_dependent_friction",
-    "end_stop",
-)
-"""Terms of which a joint may have several."""
-
-
 def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) -> list[Offer]:
     """Every offer of every term that could act in this joint, show beside its recorded effort, and is not there yet."""
     stand = hand.stand
@@ -258,5 +267,7 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) 
     ]
     if stand.model.structure == "rigid":
         found = [replace(o, side=None) for o in found if o.side != "motor"]
-    there = {(u.term, u.side) for u in hand.fitted.model.physics[given:] if u.term not in MANIFOLD}
+    if stand.model.axis == "linear":
+        found = [o for o in found if o.term != "gravity_unbalance"]  # its weight does not turn
+    there = {(u.term, u.side) for u in hand.fitted.model.physics[given:] if not shelf_terms[u.term].several}
     return [o for o in found if (o.term, o.side) not in there]

@@ -40,11 +40,14 @@ class Settled:
 def settle_contract(records: Sequence[JointRecord], model: JointModel, without: Sequence[str]) -> Settled:
     """Check the law and the values, and set up the bench with what they say."""
     stand = bench(records, model)
-    law = check_law(stand.records, model)
+    coarse = None if "quantisation" in without else coarseness(stand)
+    # slopes of coarse positions are no speed to hold a law against
+    law = None if coarse is not None and 1 not in stand.system.rows else check_law(stand.records, model)
     if law is not None:
         law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
-    coarse = None if "quantisation" in without else coarseness(stand)
     new = model
+    if law is not None and model.controller is not None and law.derivative_delay > 0:
+        new = replace(model, controller=replace(model.controller, derivative_delay=law.derivative_delay))
     for finding in law.findings if law is not None else ():
         new = corrected(new, finding)
     late = sum(f.values["delay_s"] for f in law.findings if f.term == "timestamp_latency") if law is not None else 0.0

@@ -150,9 +150,8 @@ def ranking(case: "_Case") -> list[dict[str, Any]]:
                 }
             )
     last = case.contests[-1]
-    bar = float(np.quantile(last.luck, 0.995))
     for entry in last.entries[:6]:
         if last.winner is None and np.isfinite(entry.gain):
-            why = f"would gain {entry.gain:.1f} in log-likelihood; chance alone gives the luckiest {bar:.1f}"
+            why = f"would gain {entry.gain:.1f} in log-likelihood; chance alone may give it {entry.bar:.1f}"
             found.append({"term": entry.offer.term, "side": entry.offer.side, "probability": 0.0, "why": why})
     return found

@@ -8,10 +8,10 @@ import numpy as np
 from gsfdi.fit import Fitted, covariance
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import KNOB_COST, MANIFOLD, Contest, is_sensor, size_of, without
+from gsfdi.reconcile.compete import KNOB_COST, Contest, is_sensor, size_of, without
 from gsfdi.reconcile.hand import Round, lay_out, term_knobs, with_term
 from gsfdi.reconcile.say import CONFUSED
-from gsfdi.reconcile.screen import Entry, within
+from gsfdi.reconcile.screen import ONSETS, Entry, refined_onset, within
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.types import Array
 
@@ -27,6 +27,9 @@ PER_NUMBER = 0.6
 """Prior odds of each number that a term has: where the data cannot decide, the simpler name comes first."""
 ALIKE = 3e-5
 """Share of a term's gain by which two may differ through how sensors and steps are written rather than in fact."""
+TWINS = {"position_gain", "velocity_gain"}
+TWIN = 1e9
+"""What parts the twins is how sensors are written: too long an angle and too slow a speed differ by a scale of all."""
 HOPELESS = 30.0
 """Log-likelihood behind which a rival is not worth a thorough fit."""
 CLOSE = 0.05
@@ -82,7 +85,7 @@ def rivals(
         if (entry.offer.term, entry.offer.side) == (own.term, own.side):
             continue
         if any(
-            use.term == entry.offer.term and use.term not in MANIFOLD
+            use.term == entry.offer.term and not shelf_terms[use.term].several
             for i, use in enumerate(hand.fitted.model.physics)
             if i >= given and i != place
         ):
@@ -92,7 +95,10 @@ def rivals(
             continue
         model = with_term(replace(hand.fitted.model, physics=others), use)
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
-        fitted = fit_knobs(hand.misfit, model, knobs, 4, hand.fitted.jacobian[:, keep])
+        known = hand.fitted.jacobian[:, keep]
+        fitted = fit_knobs(hand.misfit, model, knobs, 4, known)
+        if use.onset is not None and hand.fitted.cost - fitted.cost > -100 * HOPELESS:
+            fitted = refined_onset(hand, fitted, len(model.physics) - 1, hand.stand.scales.seconds / ONSETS, known)
         if hand.fitted.cost - fitted.cost > -10 * HOPELESS:
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 8)
         found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
@@ -146,7 +152,11 @@ def names(
         contest = _contest_of(use, contests)
         rows = rivals(hand, place, given, contest, shelf_terms) if contest is not None else []
         temper = inflation(hand) + ALIKE * max(without(hand, place).cost - hand.fitted.cost, 0.0)
-        odds = [merit / temper + _prior(fitted.model.physics[-1], shelf_terms, hand) for merit, fitted in rows]
+        odds = [
+            merit / (TWIN if {use.term, f.model.physics[-1].term} == TWINS else temper)
+            + _prior(f.model.physics[-1], shelf_terms, hand)
+            for merit, f in rows
+        ]
         own = _prior(use, shelf_terms, hand)
         if odds and max(odds) > own + 0.1 and swaps < 3:
             hand = replace(lay_out(hand.stand, hand.tools, rows[int(np.argmax(odds))][1]), torque=hand.torque)

@@ -5,7 +5,7 @@ limit, or in the clock between effort and measurement, and is settled before any
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,8 @@ class LawCheck:
     effort: float
     noise: float
     findings: tuple[LawFinding, ...]
+    derivative_delay: float = 0.0
+    """Age of the speed that the controller must have had [s], where it is not logged."""
 
     @property
     def holds(self) -> bool:
@@ -76,6 +78,9 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
         return None
     noise = float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12)))
     measured = all(np.isfinite(measured_velocity(r, model)).any() for r in records)
+    if not measured and law.derivative_delay == 0.0:
+        law = replace(law, derivative_delay=speed_age(records, model))
+        sheets = [s for r in records if (s := sheet_of(r, model, law, 0.0)) is not None]
     noise = noise if noise > 0 and measured else max(noise, _hiss(sheets))
     size = float(np.sqrt(np.mean(np.concatenate([s.effort for s in sheets]) ** 2)))
     before = left = _left(sheets, [])
@@ -95,11 +100,29 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
         late = sum(f.values.get("delay_s", 0.0) for f in findings)
         sheets = [s for r in records if (s := sheet_of(r, model, law, late)) is not None]
         left = _left(sheets, findings)
-    return LawCheck(before, left, size, noise, tuple(findings))
+    return LawCheck(before, left, size, noise, tuple(findings), law.derivative_delay)
 
 
+BETWEEN = 0.03
+"""Standard deviation, in ticks, of what reading between samples costs a delay."""
 SURE = 25.0
 """Log-likelihood that a finding must gain."""
+AGES = (0.0, 0.5, 1.0, 1.5, 2.0)
+"""Ages of a speed that is taken from differences of positions, in ticks."""
+
+
+def speed_age(records: Sequence[JointRecord], model: JointModel) -> float:
+    """Find the age of the speed [s] under which the law holds far better than under the speed of the moment, or 0."""
+    law = model.controller
+    assert law is not None
+
+    def left(ticks: float) -> float:
+        aged = replace(law, derivative_delay=ticks / law.sample_rate)
+        return _left([s for r in records if (s := sheet_of(r, model, aged, 0.0)) is not None], [])
+
+    misfits = {ticks: left(ticks) for ticks in AGES}
+    best = min(misfits, key=lambda ticks: misfits[ticks])
+    return best / law.sample_rate if misfits[best] < 0.5 * misfits[0.0] else 0.0
 
 
 def _matters(finding: LawFinding, size: float, law: Controller) -> bool:
@@ -129,7 +152,7 @@ def sheet_of(record: JointRecord, model: JointModel, law: Controller, late: floa
     if good.sum() < 50:
         return None
     position = np.interp(t + late, t[good], position[good])
-    velocity = np.interp(t + late, t[good], velocity[good])
+    velocity = np.interp(t + late - law.derivative_delay, t[good], velocity[good])
     rate = record["setpoint_rate"] if "setpoint_rate" in record else np.gradient(record["setpoint"], t)
     ahead = np.nan_to_num(record[f"{record.effort}_feedforward"]) if f"{record.effort}_feedforward" in record else 0 * t
     error = record["setpoint"] - position
@@ -155,8 +178,8 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
     }
     parts = dict(sheet.parts)
     limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), None)
-    if limit is not None:  # the integral waits while the limit holds
-        parts["integral"] = np.cumsum(np.where(np.abs(sheet.effort) < 0.99 * limit, sheet.growth, 0.0))
+    if limit is not None:
+        parts["integral"] = _waiting(sheet, limit)
     total = np.sum([ratios.get(name, 1.0) * part for name, part in parts.items()], axis=0)
     for finding in findings:
         if finding.term == "current_gain":
@@ -166,6 +189,22 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
         elif finding.term == "position_gain":  # the log's speed is the slope of its positions; the controller's is not
             total = total + (1 / finding.values["ratio"] - 1) * sheet.braking
     return np.asarray(total)
+
+
+def _waiting(sheet: Sheet, limit: float) -> Array:
+    """Integral part that waits while more than `limit` is asked for."""
+    asked = np.asarray(np.sum([part for name, part in sheet.parts.items() if name != "integral"], axis=0))
+    free = np.abs(sheet.effort) < 0.98 * limit
+    first = int(np.argmin(free)) if not free.all() else len(free)
+    if first < 20:  # where the integral began cannot be told: it waits wherever the effort is at the limit
+        return np.cumsum(np.where(np.abs(sheet.effort) < 0.99 * limit, sheet.growth, 0.0))
+    start = float(np.mean((sheet.effort - asked - np.cumsum(sheet.growth))[:first]))
+    found, integral = np.empty(len(asked)), start
+    for k, (rest, growth) in enumerate(zip(asked.tolist(), sheet.growth.tolist(), strict=True)):
+        if abs(rest + integral + growth) <= limit:
+            integral += growth
+        found[k] = integral
+    return found
 
 
 def _misfits(sheets: Sequence[Sheet], findings: Sequence[LawFinding]) -> list[Array]:
@@ -300,7 +339,7 @@ def _late(
         )
     least = rest(best)
     bend = (rest(best * 1.05) + rest(best * 0.95) - 2 * least) / (0.05 * best) ** 2
-    spread = float(np.sqrt(2 * least / n / bend)) if bend > 0 else best
+    spread = float(np.hypot(np.sqrt(2 * least / n / bend), BETWEEN * period)) if bend > 0 else best
     return [
         LawFinding(
             "timestamp_latency",
@@ -318,7 +357,7 @@ def _limit(sheets: Sequence[Sheet], so_far: Sequence[LawFinding], energy: float,
     effort = np.concatenate([s.effort for s in sheets])
     top = float(np.sort(np.abs(effort))[-3])
     found = []
-    for depth in (0.995, 0.98, 0.95):
+    for depth in (0.998, 0.995, 0.98, 0.95):
         near = np.abs(effort) > depth * top
         limit = float(np.median(np.abs(effort[near])))
         trial = LawFinding("current_limit", {"limit_a": limit}, None, 0.0, 0.0, 0.0)
@@ -327,7 +366,7 @@ def _limit(sheets: Sequence[Sheet], so_far: Sequence[LawFinding], energy: float,
         asked = np.concatenate([commanded(s, [*so_far, trial]) for s in sheets])
         free = ~near
         asked = asked + float(np.median((effort - asked)[free]))
-        if near.sum() < 3 or np.mean(np.abs(asked[near]) > limit) < 0.6:
+        if near.sum() < 3 or np.mean(np.abs(asked[near]) > limit) < 0.3:
             continue
         spread = float(np.std(np.abs(effort[near])) / np.sqrt(near.sum()))
         gained = 0.5 * n * float(np.log(energy / max(rest, 1e-12 * energy))) + 2.0

@@ -40,6 +40,22 @@ def shifts(hand: Round) -> list[Shift]:
     return found
 
 
+def all_kept(hand: Round, nominal: Mapping[str, float]) -> float:
+    """Log-likelihood that it costs to keep every plant parameter nominal.
+
+    Parameters
+    ----------
+    hand : Round
+        Parameters only.
+    nominal : mapping of str to float
+        Nominal values by field of the plant.
+    """
+    start = hand.fitted.model
+    base = replace(start, plant=replace(start.plant, **nominal))
+    fitted = levenberg(hand.misfit, base, [_pinned(k) for k in hand.fitted.knobs], 6)
+    return 0.5 * float(fitted.residual @ fitted.residual - hand.fitted.residual @ hand.fitted.residual)
+
+
 def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float, Shift]]:
     """Each plant parameter moved alone, the others nominal: what that costs beyond moving all, and its shift.
 

@@ -35,15 +35,19 @@ ONSET_COST = 5.0
 class Entry:
     """How one offer did in one round.
 
-    `gain` is what it adds to the log-likelihood: `linear` by regression, then by replay if it came to that.
+    `gain` is what it adds to the log-likelihood: `linear` by regression, then by replay if it came to that. `rows` are
+    those of its signatures, `inflation` and `bar` what chance would give it (see `calibrate`).
     """
 
     offer: Offer
     onset: float | None
     coefficients: Array
     linear: float
+    rows: tuple[int, int] = (0, 0)
     gain: float = float("nan")
     fitted: Fitted | None = None
+    inflation: float = 1.0
+    bar: float = float("inf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +76,9 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
     for i, offer in enumerate(candidates):
         rows = slice(first[i], first[i + 1])
         if may_always_be(offer):
-            entries.append(_entry(offer, None, *(part[rows] for part in sums[0])))
+            entries.append(_entry(offer, rows, None, *(part[rows] for part in sums[0])))
         if may_set_in(offer):
-            trials = (_entry(offer, float(t), *(p[rows] for p in x)) for t, x in zip(late, sums[1:], strict=True))
+            trials = (_entry(offer, rows, float(t), *(p[rows] for p in x)) for t, x in zip(late, sums[1:], strict=True))
             entries.append(max((e for e in trials if e is not None), key=lambda e: e.linear, default=None))
         if offer.term == "position_bias" and stand.count == 1:
             entries.append(stepped(hand, offer))
@@ -138,8 +142,8 @@ def stepped(hand: Round, offer: Offer) -> Entry | None:
 
 
 def may_set_in(offer: Offer) -> bool:
-    """Whether the term may begin during a recording: not if it says itself when it does, or shows only as it begins."""
-    return "onset_s" not in offer.columns[0] and offer.term != "position_bias"
+    """Whether the term may begin during a recording, and a part of its signature then shows it."""
+    return shelf("gsfdi.terms", PhysicsTerm)[offer.term].sudden and offer.term != "position_bias"
 
 
 def may_always_be(offer: Offer) -> bool:
@@ -147,7 +151,7 @@ def may_always_be(offer: Offer) -> bool:
     return offer.term != "position_bias"
 
 
-def _entry(offer: Offer, onset: float | None, own: Array, cross: Array, score: Array) -> Entry | None:
+def _entry(offer: Offer, rows: slice, onset: float | None, own: Array, cross: Array, score: Array) -> Entry | None:
     square = np.diag(own[:, 0])
     if len(square) == 2:
         square[0, 1] = square[1, 0] = own[0, 1]
@@ -157,7 +161,7 @@ def _entry(offer: Offer, onset: float | None, own: Array, cross: Array, score: A
     c = np.asarray(np.linalg.solve(info + 1e-9 * np.diag(np.diag(info)), -score), dtype=np.float64)
     if offer.mix(c) is None:
         return None
-    return Entry(offer, onset, c, float(-0.5 * score @ c))
+    return Entry(offer, onset, c, float(-0.5 * score @ c), (rows.start, rows.stop))
 
 
 def stand_times(stand: Bench) -> Array:
@@ -204,8 +208,22 @@ def tuned(hand: Round, entry: Entry, values: Mapping[str, float]) -> Mapping[str
     return values
 
 
-def refined_onset(hand: Round, fitted: Fitted, place: int, width: float) -> Fitted:
-    """Move the onset of the term at `place` to where it fits best; slopes cannot, for it moves by whole samples."""
+def refined_onset(hand: Round, fitted: Fitted, place: int, width: float, known: Array | None = None) -> Fitted:
+    """Move the onset of the term at `place` to where it fits best; slopes cannot, for it moves by whole samples.
+
+    Parameters
+    ----------
+    hand : Round
+        Whose noise decides.
+    fitted : Fitted
+        With an onset nearby.
+    place : int
+    width : float
+        How far off it may be [s].
+    known : (n, j) array, optional
+        Slopes of the first j knobs; without it, those of `hand`.
+    """
+    known = hand.fitted.jacobian if known is None else known
     knob = Knob(place, "onset", 1.0, 0.5 * EARLIEST * hand.stand.scales.seconds, 0.99 * hand.stand.scales.seconds)
     for _ in range(3):
         start = knob.read(fitted.model)
@@ -213,8 +231,8 @@ def refined_onset(hand: Round, fitted: Fitted, place: int, width: float) -> Fitt
         costs = 0.5 * np.sum(hand.misfit(models) ** 2, axis=1)
         model = models[int(np.nanargmin(costs))]
         width /= 4.0
-        fitted = fit_knobs(hand.misfit, model, fitted.knobs, 1, hand.fitted.jacobian)
-    return fit_knobs(hand.misfit, fitted.model, fitted.knobs, 2, hand.fitted.jacobian)
+        fitted = fit_knobs(hand.misfit, model, fitted.knobs, 1, known)
+    return fit_knobs(hand.misfit, fitted.model, fitted.knobs, 2, known)
 
 
 def within(term: str, values: Mapping[str, float]) -> dict[str, float]:

@@ -14,6 +14,8 @@ from gsfdi.types import Array
 from gsfdi.whiten import respond
 
 MOST = 3
+LEAST_WAVES = 0.75
+"""Waves of a motor that must lie within the motion: a smaller part of one is what a weight or a cable does, too."""
 
 
 def worthy_orders(hand: Round, most: int = MOST) -> Mapping[str, tuple[float, ...]]:
@@ -51,8 +53,8 @@ def _grid(stand: Bench, on_joint: bool) -> Array:
     fastest = np.pi / stand.scales.period / max(stand.scales.speed * turns, 1e-12)
     if stand.model.axis == "linear":
         return np.geomspace(1.0, 100.0, 60) * np.pi / (stand.scales.reach * turns)
-    first = 2.0 if turns == 1 and not on_joint else 1.0  # one wave a turn of a gearless joint is a weight's
-    return np.arange(first, max(2.0, min(100.0, 0.9 * fastest)) + 1.0)
+    first = 1.0 if on_joint else max(1.0, np.ceil(LEAST_WAVES * np.pi / (stand.scales.reach * turns)))
+    return np.arange(first, max(first + 1.0, min(100.0, 0.9 * fastest)) + 1.0)
 
 
 def _acting(stand: Bench, name: str, i: int, waves: Array) -> tuple[Array, Array]:

@@ -35,4 +35,6 @@ TERM = PhysicsTerm(
     signature=("balance", "output"),
     sides=("output",),
     stiffness=lambda p: p[1],
+    sudden=False,
+    several=True,
 )

@@ -33,4 +33,5 @@ TERM = PhysicsTerm(
     structures=("flexible",),
     dissipative=True,
     damping=lambda p: p[0],
+    sudden=False,
 )

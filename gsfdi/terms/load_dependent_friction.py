@@ -32,4 +32,5 @@ TERM = PhysicsTerm(
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,
+    sudden=False,
 )

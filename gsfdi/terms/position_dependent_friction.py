@@ -37,4 +37,5 @@ TERM = PhysicsTerm(
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,
+    several=True,
 )

@@ -41,4 +41,5 @@ TERM = PhysicsTerm(
     dissipative=True,
     memory=True,
     stiffness=lambda p: p[1],
+    sudden=False,
 )

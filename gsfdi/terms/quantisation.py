@@ -18,4 +18,5 @@ TERM = PhysicsTerm(
     params=(Param("step_rad", "rad", "size of a step", start=1e-4, low=0.0, high=1.0, typical=1e-4, neutral=0.0),),
     source="B. Widrow and I. Kollár, Quantization Noise (2008): y = q round(x / q)",
     signature=("redundancy",),
+    sudden=False,
 )

@@ -44,4 +44,5 @@ TERM = PhysicsTerm(
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,
+    sudden=False,
 )

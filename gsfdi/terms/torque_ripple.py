@@ -37,4 +37,6 @@ TERM = PhysicsTerm(
     source="T. M. Jahns and W. L. Soong, IEEE Trans. Ind. Electron. 43 (1996) 321: one harmonic of Kt",
     signature=("balance", "proportional"),
     wave="order",
+    sudden=False,
+    several=True,
 )

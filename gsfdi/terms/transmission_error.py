@@ -40,4 +40,6 @@ TERM = PhysicsTerm(
     signature=("windup",),
     structures=("flexible",),
     wave="order",
+    sudden=False,
+    several=True,
 )
