@@ -1,6 +1,6 @@
 """Files damaged in every place: what is read must be true, what is lost must be named, and nothing may crash.
 
-python benchmarks/damage.py [--quick]
+python benchmarks/damage.py [--quick] [--seed N]
 """
 
 import argparse
@@ -288,8 +288,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="every 40th place only")
     parser.add_argument("--bombs", action="store_true", help="the bombs alone, beside the results kept")
+    parser.add_argument("--seed", type=int, default=1, help="which bit of each byte is flipped")
     asked = parser.parse_args()
-    every = 40 if asked.quick else 1
+    every, seed = 40 if asked.quick else 1, asked.seed
     results: dict[str, object] = json.loads(RESULTS.read_text()) if asked.bombs else {}
     with tempfile.TemporaryDirectory() as name:
         folder, where = Path(name), Path(name) / "damaged.mcap"
@@ -299,22 +300,26 @@ def main() -> None:
             path = recordings.joint_states(folder / f"{compression}.mcap", 60, **options)
             _guarded(f"cut, {compression}", lambda p=path: cut_campaign(p, where, every), results)
             _guarded(f"lengths, {compression}", lambda p=path: length_campaign(p, where), results)
-            _guarded(f"flips with CRC, {compression}", lambda p=path: flip_campaign(p, where, every, 1), results)
+            _guarded(f"flips with CRC, {compression}", lambda p=path: flip_campaign(p, where, every, seed), results)
             path = recordings.joint_states(folder / f"{compression}-bare.mcap", 60, enable_crcs=False, **options)
-            _guarded(f"flips without CRC, {compression}", lambda p=path: flip_campaign(p, where, every, 2), results)
+            _guarded(
+                f"flips without CRC, {compression}",
+                lambda p=path: flip_campaign(p, where, every, seed + 1),
+                results,
+            )
         if not asked.bombs:
-            _others(folder, where, every, results)
+            _others(folder, where, every, seed + 2, results)
     if every == 1:
         RESULTS.write_text(json.dumps(results, indent=1) + "\n")
 
 
-def _others(folder: Path, where: Path, every: int, results: dict[str, object]) -> None:
+def _others(folder: Path, where: Path, every: int, seed: int, results: dict[str, object]) -> None:
     path = recordings.joint_states(folder / "loose.mcap", 60, use_chunking=False, enable_data_crcs=True)
-    _guarded("flips, no chunks, data CRC", lambda: flip_campaign(path, where, every, 3), results)
+    _guarded("flips, no chunks, data CRC", lambda: flip_campaign(path, where, every, seed), results)
     parquet = folder / "whole.parquet"
     write_parquet(parquet, ingest.read([path]).records)
     bad = folder / "damaged.parquet"
-    _guarded("flips, Parquet", lambda: flip_campaign(parquet, bad, every, 4), results)
+    _guarded("flips, Parquet", lambda: flip_campaign(parquet, bad, every, seed + 1), results)
 
 
 if __name__ == "__main__":
