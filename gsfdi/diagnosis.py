@@ -328,6 +328,12 @@ def _severity(best: Candidate, baseline: JointBaseline, numbers: Mapping[str, Ar
     return float(np.sqrt(best.gain / max(float(numbers["h"][:, j].sum()), 1e-300)))
 
 
+def _stands(best: Candidate, findings: Sequence[Finding]) -> bool:
+    """Whether the fault's own size is as sure as an alarm must be; what another lean alarmed is not serious for it."""
+    limit = next((one.threshold for one in findings if one.detector == "innovations"), np.inf)
+    return abs(best.size) >= limit * best.error
+
+
 class _Case(NamedTuple):
     """Everything that a verdict on one joint is made of."""
 
@@ -375,6 +381,8 @@ def _named(case: _Case, methods: Mapping[str, Mapping[str, object]]) -> Verdict:
     level: Level = (
         "critical" if severity >= limits.critical else "distress" if severity >= limits.distress else "warning"
     )
+    if not _stands(best, case.findings):
+        level = "warning"
     actions: dict[Level, Action] = {"critical": "stop_using", "distress": "plan_maintenance", "warning": "inspect"}
     fault, alternatives = fault_name(best), _alternatives(case.candidates)
     findings = (*case.findings, _diagnosed(case.joint, case.candidates, severity, best))
