@@ -1,8 +1,11 @@
 """Two thousand faults of time and value, each read and judged: never `normal` for what could not be assessed.
 
-python benchmarks/faults.py [cases]
+A recording without any checksum is spoilt besides, one bit at a time, and each copy is carried through to its verdict.
+
+python benchmarks/faults.py [--cases N] [--flips N] [--seed N]
 """
 
+import argparse
 import json
 import sys
 import tempfile
@@ -16,6 +19,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+import recordings
+
 from gsfdi import baseline, diagnosis, ingest, simulate
 from gsfdi.channels import CHANNELS
 from gsfdi.modelfile import load_models
@@ -24,6 +31,7 @@ from gsfdi.types import Array, JointRecord
 RESULTS = Path(__file__).parent / "results" / "faults.json"
 MODEL = Path(__file__).parents[1] / "configs" / "era_joint.toml"
 NEEDED = ("position", "motor_velocity", "motor_current")
+SERIOUS = ("distress", "critical")
 MOST = 0.7
 """A batch that has lost this share of its samples, or of one needed channel, cannot be assessed."""
 
@@ -139,7 +147,8 @@ def gap(case: Case) -> None:
 
 def noise(case: Case) -> None:
     name = case.channel()
-    low, high = case.channels[name].min(), case.channels[name].max()
+    known = case.channels[name][np.abs(case.channels[name]) < 1e100]  # another fault may have been here before
+    low, high = (known.min(), known.max()) if len(known) else (0.0, 1.0)
     case.channels[name][:] = case.rng.uniform(low, high, len(case.stamps))
     case.hopeless = True  # plausible numbers without any meaning: whatever is said of them, not `normal`
 
@@ -187,42 +196,93 @@ def write(path: Path, case: Case) -> None:
     pq.write_table(pa.table(columns), path)
 
 
-def main() -> None:
-    cases = int(sys.argv[1]) if len(sys.argv) > 1 else 2000
+def judge_spoilt(cases: int, seed: int, folder: Path) -> dict[str, object]:
+    """Judge generated batches, each spoilt in its own way."""
     model = load_models(MODEL).for_joint("J1")
-    healthy = [simulate.simulate_record(model, seed=seed, duration=60.0) for seed in range(8)]
+    healthy = [simulate.simulate_record(model, seed=seed + i, duration=60.0) for i in range(8)]
     learnt = baseline.learn_joint(healthy[:5], model)
     score: Counter[str] = Counter()
     verdicts: dict[str, Counter[str]] = defaultdict(Counter)
     examples: list[dict[str, object]] = []
-    started = time.perf_counter()
-    with tempfile.TemporaryDirectory() as name:
-        path = Path(name) / "batch.parquet"
-        for number in range(cases):
-            kind, case = spoilt(healthy[5 + number % 3], number)
-            write(path, case)
-            try:
-                records = ingest.read([path]).records
-                verdict = diagnosis.assess(records[0], learnt).verdict if records else "not_assessed"
-            except Exception as error:
-                verdict = f"traceback {type(error).__name__}"
-                examples.append({"case": number, "kind": kind, "error": str(error)[:200]})
-            verdicts[kind][verdict] += 1
-            score["cases"] += 1
-            score["could not be assessed"] += case.hopeless
-            score["of these called normal"] += case.hopeless and verdict == "normal"
-            score["one sample spoilt"] += case.single
-            score["of these called distress or critical"] += case.single and verdict in ("distress", "critical")
-            score["tracebacks"] += verdict.startswith("traceback")
-            if (case.hopeless and verdict == "normal") or (case.single and verdict in ("distress", "critical")):
-                examples.append({"case": number, "kind": kind, "verdict": verdict})
-    result = {
+    path = folder / "batch.parquet"
+    for number in range(seed, seed + cases):
+        kind, case = spoilt(healthy[5 + number % 3], number)
+        write(path, case)
+        verdict = verdict_of(path, learnt)
+        verdicts[kind][verdict] += 1
+        score["cases"] += 1
+        score["could not be assessed"] += case.hopeless
+        score["of these called normal"] += case.hopeless and verdict == "normal"
+        score["one sample spoilt"] += case.single
+        score["of these called distress or critical"] += case.single and verdict in SERIOUS
+        score["tracebacks"] += verdict.startswith("traceback")
+        if (case.hopeless and verdict == "normal") or (case.single and verdict in SERIOUS) or "trace" in verdict:
+            examples.append({"case": number, "kind": kind, "verdict": verdict})
+    return {
         "score": dict(score),
         "verdicts": {kind: dict(counts) for kind, counts in sorted(verdicts.items())},
         "to look into": examples[:20],
-        "seconds": round(time.perf_counter() - started),
     }
-    if cases >= 2000:
+
+
+def verdict_of(path: Path, learnt: baseline.JointBaseline) -> str:
+    """Read a file and judge its joint."""
+    try:
+        records = [one for one in ingest.read([path]).records if one.joint == learnt.joint]
+        return diagnosis.assess(records[0], learnt).verdict if records else "not_assessed"
+    except Exception as error:
+        return f"traceback {type(error).__name__}: {error}"[:120]
+
+
+def bare(path: Path, record: JointRecord) -> Path:
+    """A joint as JointState messages without compression and without any checksum."""
+    plant = load_models(MODEL).for_joint("J1").plant
+    speed = record.channels["motor_velocity"] / plant.gear_ratio
+    torque = record.channels["motor_current"] * plant.gear_ratio * plant.torque_constant
+    stamps = (record.t0_ns + np.round(record.t * 1e9).astype(np.int64)).tolist()
+    rows = zip(stamps, record.channels["position"].tolist(), speed.tolist(), torque.tolist(), strict=True)
+    states = [(stamp, recordings.joint_state(stamp, ["J1"], [q], [v], [e])) for stamp, q, v, e in rows]
+    schema = recordings.JOINT_STATE.encode()
+    entry = ("/joint_states", "cdr", "sensor_msgs/msg/JointState", "ros2msg", schema, states)
+    return recordings.write_mcap(path, [entry], "none", enable_crcs=False)
+
+
+def judge_flips(count: int, seed: int, folder: Path) -> dict[str, object]:
+    """Flip one bit of a file without checksums, and see what verdict its joint is given."""
+    model = load_models(MODEL).for_joint("J1")
+    healthy = [simulate.simulate_record(model, seed=seed + i, duration=60.0) for i in range(6)]
+    records = [ingest.read([bare(folder / "bare.mcap", one)]).records[0] for one in healthy]
+    learnt = baseline.learn_joint(records[:5])
+    whole, damaged = (folder / "bare.mcap").read_bytes(), folder / "flipped.mcap"
+    rng = np.random.default_rng(seed)
+    verdicts = Counter({"none flipped: " + verdict_of(folder / "bare.mcap", learnt): 1})
+    serious = []
+    for at, bit in zip(rng.integers(8, len(whole), count).tolist(), rng.integers(0, 8, count).tolist(), strict=True):
+        spoilt_bytes = bytearray(whole)
+        spoilt_bytes[at] ^= 1 << bit
+        damaged.write_bytes(spoilt_bytes)
+        verdict = verdict_of(damaged, learnt)
+        verdicts[verdict] += 1
+        if verdict in SERIOUS or verdict.startswith("traceback"):
+            serious.append([at, bit, verdict])
+    return {"flips": count, "verdicts": dict(verdicts), "distress, critical or traceback": serious}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=2000, help="batches spoilt")
+    parser.add_argument("--flips", type=int, default=1000, help="bits flipped in a file without checksums")
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    started = time.perf_counter()
+    with tempfile.TemporaryDirectory() as name:
+        result = {
+            "seed": given.seed,
+            **judge_spoilt(given.cases, given.seed, Path(name)),
+            "no checksum": judge_flips(given.flips, given.seed, Path(name)),
+            "seconds": round(time.perf_counter() - started),
+        }
+    if given.cases >= 2000:
         RESULTS.write_text(json.dumps(result, indent=1) + "\n")
     print(json.dumps(result, indent=1))
 

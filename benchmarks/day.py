@@ -1,0 +1,118 @@
+"""A day of seven joints at 100 Hz through ``gsfdi analyze``, beside pyarrow reading the same columns, in one run.
+
+python benchmarks/day.py [--days N] [--folder DIR]
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from gsfdi.canonical import write_parquet
+from gsfdi.modelfile import load_models
+from gsfdi.simulate import simulate_record
+from gsfdi.types import JointRecord
+
+ROOT = Path(__file__).parents[1]
+MODEL = ROOT / "configs" / "era_arm.toml"
+HEALTHY = ROOT / "sample_telemetry" / "healthy"
+RESULTS = Path(__file__).parent / "results" / "day.json"
+SEEDS = (301, 302, 303, 304)
+"""Hours that are simulated; a day takes them by turns."""
+PAUSE_S = 60
+"""What each hour is short of a whole one, so that no seam jumps."""
+T0_NS = 1_788_220_800_000_000_000
+"""Midnight of a day in 2026 [ns]."""
+HOUR_NS = 3_600_000_000_000
+BARE = """
+import sys
+import pyarrow.parquet as pq
+how, *paths = sys.argv[1:]
+for path in paths:
+    file = pq.ParquetFile(path)
+    if how == "groups":
+        for group in range(file.num_row_groups):
+            file.read_row_group(group, use_threads=False)
+    else:
+        for batch in file.iter_batches():
+            pass
+"""
+"""Reads every column, all of which gsfdi reads too."""
+ONE_THREAD = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def hours() -> Iterator[list[JointRecord]]:
+    """Different hours of each joint of the arm, fault-free."""
+    for number, model in enumerate(load_models(MODEL)):
+        yield [simulate_record(model, seed=seed + 1000 * number, duration=3600.0 - PAUSE_S) for seed in SEEDS]
+
+
+def write_days(folder: Path, days: int) -> None:
+    """Write days of telemetry, a folder each with a file per joint; the first one's first hour has a folder too."""
+    for some in hours():
+        for day in range(days):
+            records = [replace(some[hour % len(some)], t0_ns=T0_NS + (24 * day + hour) * HOUR_NS) for hour in range(24)]
+            place = folder / f"day-{day + 1}"
+            place.mkdir(parents=True, exist_ok=True)
+            write_parquet(place / f"{some[0].joint}.parquet", records)
+        (folder / "hour").mkdir(parents=True, exist_ok=True)
+        write_parquet(folder / "hour" / f"{some[0].joint}.parquet", records[:1])
+
+
+def run(command: Sequence[str]) -> dict[str, float]:
+    """Processor time of a command [s], and its peak memory [MB]."""
+    done = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=ONE_THREAD)
+    _, status, used = os.wait4(done.pid, 0)
+    if status:
+        raise SystemExit(f"{' '.join(command)} ended with {status}")
+    return {"cpu_s": used.ru_utime + used.ru_stime, "peak_mb": used.ru_maxrss / 1024}
+
+
+def gsfdi(*words: str | Path) -> list[str]:
+    return [sys.executable, "-m", "gsfdi", *map(str, words)]
+
+
+def measured(folder: Path, days: int) -> dict[str, object]:
+    """Analyse an hour and a day (and more), each beside pyarrow reading it."""
+    store = folder / "store"
+    run(gsfdi("baseline", HEALTHY, "--model", MODEL, "--store", store))
+    spans = {"hour": [folder / "hour"], "day": [folder / "day-1"]}
+    if days > 1:
+        spans[f"{days} days"] = [folder / f"day-{day + 1}" for day in range(days)]
+    rows: dict[str, object] = {}
+    for name, folders in spans.items():
+        files = [str(path) for one in folders for path in sorted(one.glob("*.parquet"))]
+        bare = [run([sys.executable, "-c", BARE, how, *files]) for how in ("groups", "batches")]
+        import_only = run([sys.executable, "-c", BARE, "groups"])["cpu_s"]
+        out = folder / "out"
+        ours = run(gsfdi("analyze", *folders, "--store", store, "--out", out, "--jobs", 1))
+        verdicts = [one["verdict"] for one in json.loads((out / "verdicts.json").read_text())["joints"]]
+        rows[name] = {
+            "gsfdi analyze": ours,
+            "pyarrow, row groups": bare[0]["cpu_s"] - import_only,
+            "pyarrow, iter_batches": bare[1]["cpu_s"] - import_only,
+            "not normal": sum(one != "normal" for one in verdicts),
+        }
+        print(name, json.dumps(rows[name]), flush=True)
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--days", type=int, default=1, help="days written; beyond one they are analysed together too")
+    parser.add_argument("--folder", type=Path, help="where telemetry is kept and taken from again; none by default")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = given.folder or Path(name)
+        if not (folder / f"day-{given.days}").exists():
+            write_days(folder, given.days)
+        RESULTS.write_text(json.dumps(measured(folder, given.days), indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
