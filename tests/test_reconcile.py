@@ -7,6 +7,9 @@ import pytest
 
 from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
+from gsfdi.reconcile.bench import HOLD_OUT, bench, typical_window
+from gsfdi.reconcile.calibrate import bar, inflations
+from gsfdi.reconcile.law import check_law
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
 
@@ -65,3 +68,76 @@ def test_the_same_recording_gives_the_same_answer() -> None:
     record = recorded(replace(NOMINAL, physics=(TermUse("viscous_friction", {"coefficient_nms_rad": 0.5}),)))
     first, second = (reconcile([record], NOMINAL).to_json() for _ in range(2))
     np.testing.assert_equal(first, second)
+
+
+def test_two_effects_at_once_are_both_named_and_nothing_besides() -> None:
+    both = (TermUse("coulomb_friction", {"torque_nm": 0.4}), TermUse("cogging", COGGING))
+    answer = reconcile([simulate_record(replace(NOMINAL, physics=both), seed=1, duration=90.0)], NOMINAL)
+    assert {entry["term"] for entry in answer.omitted_physics} == {"coulomb_friction", "cogging"}
+
+
+COGGING = {"amplitude_nm": 0.2, "order": 40.0, "phase_rad": 0.3}
+
+
+def test_what_sets_in_is_dated() -> None:
+    answer = told(TermUse("constant_load", {"torque_nm": 0.1}, None, 14.0))
+    assert answer.location["when"][0]["from_s"] == pytest.approx(14.0, abs=0.2)
+
+
+def test_a_step_of_the_position_sensor_is_found_where_it_is() -> None:
+    answer = told(TermUse("position_bias", {"bias_rad": 5e-4}, None, 12.0))
+    (entry,) = answer.omitted_physics
+    assert (entry["term"], entry["component"]) == ("position_bias", "sensor")
+    assert entry["onset_s"] == pytest.approx(12.0, abs=0.1)
+    assert entry["parameters"]["bias_rad"]["value"] == pytest.approx(5e-4, rel=0.05)
+
+
+def test_what_the_library_lacks_is_not_explained_away() -> None:
+    answer = reconcile(
+        [recorded(replace(NOMINAL, physics=(TermUse("cogging", COGGING),)))], NOMINAL, without=["cogging"]
+    )
+    assert answer.verdict in ("unexplained", "partly_explained")
+
+
+def test_twins_are_listed_as_twins() -> None:
+    answer = told(TermUse("velocity_gain", {"ratio": 1.02}))
+    assert any({"position_gain", "velocity_gain"} <= set(group) for group in answer.indistinguishable)
+
+
+def test_a_limit_is_found_although_the_integral_waits_at_it() -> None:
+    free = recorded(NOMINAL)
+    limit = 0.6 * float(np.max(np.abs(free["drive_torque"])))
+    answer = told(TermUse("current_limit", {"limit_a": limit}))
+    entry = answer.omitted_physics[0]
+    assert entry["term"] == "current_limit"
+    assert entry["parameters"]["limit_a"]["value"] == pytest.approx(limit, rel=0.01)
+
+
+def test_the_age_of_a_speed_that_is_not_logged_is_read_off_the_law() -> None:
+    law = NOMINAL.controller
+    assert law is not None
+    record = recorded(replace(NOMINAL, controller=replace(law, derivative_delay=0.01), sensors=Sensors()))
+    blind = replace(record, channels={k: v for k, v in record.channels.items() if not k.endswith("_velocity")})
+    found = check_law([blind], replace(NOMINAL, sensors=Sensors()))
+    assert found is not None
+    assert found.derivative_delay == pytest.approx(0.01)
+
+
+def test_a_part_that_holds_all_of_the_misfit_is_not_kept_for_judging() -> None:
+    stand = bench([recorded(NOMINAL)], NOMINAL)
+    when = stand.records[0].t / stand.scales.seconds
+    inside = (when > 0.7) & (when < 0.88)
+    assert typical_window(stand, [np.where(inside, 1.0, 0.0)[:, None] * np.ones(2)]) != HOLD_OUT
+    assert typical_window(stand, [np.ones((len(when), 2))]) == HOLD_OUT
+
+
+def test_an_offer_that_lives_in_one_block_has_a_high_bar_of_its_own() -> None:
+    rng = np.random.default_rng(0)
+    blocks = np.repeat(np.arange(20), 50)
+    residual = rng.standard_normal(1000)
+    residual[:50] += 10.0
+    spread, lone = rng.standard_normal(1000), np.where(blocks == 0, 1.0, 0.0)
+    bare = np.array([spread, lone])
+    calm, wild = inflations(bare, np.sum(bare**2, axis=1), residual, blocks)
+    assert calm < 20.0
+    assert bar(wild, 2, 0.005) > 0.5 * (lone @ residual) ** 2 / (lone @ lone)

@@ -368,6 +368,8 @@ def _limit(sheets: Sequence[Sheet], so_far: Sequence[LawFinding], energy: float,
         asked = asked + float(np.median((effort - asked)[free]))
         if near.sum() < 3 or np.mean(np.abs(asked[near]) > limit) < 0.3:
             continue
+        over = np.abs(asked) > limit  # noise lifts the highest efforts above the limit, not those asked to be higher
+        limit = float(np.mean(np.abs(effort[over]))) if over.sum() > 10 else limit
         spread = float(np.std(np.abs(effort[near])) / np.sqrt(near.sum()))
         gained = 0.5 * n * float(np.log(energy / max(rest, 1e-12 * energy))) + 2.0
         found.append(LawFinding("current_limit", {"limit_a": limit}, None, gained, 1 - rest / energy, spread))
