@@ -9,10 +9,11 @@ from gsfdi.fit import Fitted, covariance
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import KNOB_COST, Contest, is_sensor, size_of, without
-from gsfdi.reconcile.hand import Round, lay_out, term_knobs, with_term
+from gsfdi.reconcile.hand import Round, lay_out, plausible, term_knobs, with_term
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, refined_onset, within
 from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.registry import shelf
 from gsfdi.types import Array
 
 UNLIKELY = {"sensor": 0.3}
@@ -110,6 +111,18 @@ def price(use: TermUse) -> float:
     return KNOB_COST * (len(use.values) + (2 if use.onset is not None else 0))
 
 
+def alike(hand: Round, one: TermUse, other: TermUse) -> bool:
+    """Whether nothing but how they are written parts two terms: the twins, and a bristle too stiff to be felt."""
+    both = {one.term: one, other.term: other}
+    if set(both) == TWINS:
+        return True
+    if set(both) != {"coulomb_friction", "presliding_friction"}:
+        return False
+    name = "stiffness_nm_rad"
+    bristle = shelf("gsfdi.terms", PhysicsTerm)["presliding_friction"]
+    return both["presliding_friction"].values[name] > 0.98 * plausible(hand.stand, bristle, name)[1]
+
+
 def unfitted_likes(own: TermUse, contest: Contest) -> list[Entry]:
     """Offers of terms that are easily taken for `own` and yet were no finalists."""
     likes = {name for pair in CONFUSED if own.term in pair for name in pair} - {own.term}
@@ -153,7 +166,7 @@ def names(
         rows = rivals(hand, place, given, contest, shelf_terms) if contest is not None else []
         temper = inflation(hand) + ALIKE * max(without(hand, place).cost - hand.fitted.cost, 0.0)
         odds = [
-            merit / (TWIN if {use.term, f.model.physics[-1].term} == TWINS else temper)
+            merit / (TWIN if alike(hand, use, f.model.physics[-1]) else temper)
             + _prior(f.model.physics[-1], shelf_terms, hand)
             for merit, f in rows
         ]
