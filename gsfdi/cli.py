@@ -364,11 +364,11 @@ def prove(
 ) -> int:
     """Prove reconcile on concealed data whose answers are sealed before it starts.
 
-    Writes proof.json and proof.html.
+    Writes proof.json and proof.html. A seed of your own makes cases that nobody has seen before.
 
     \b
     Examples:
-      gsfdi prove --cases 20 --out proof
+      gsfdi prove --cases 20 --seed 8143 --out proof
       gsfdi prove --check proof
     """
     start_log(verbose, quiet)
