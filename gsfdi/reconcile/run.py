@@ -330,7 +330,7 @@ def _fit(case: _Case, model: JointModel) -> dict[str, Any]:
 
 def _says(verdict: Outcome, entries: Sequence[Mapping[str, Any]], case: _Case, left: float) -> str:
     """One sentence for a person."""
-    named = ", ".join(str(e["term"]) for e in entries)
+    named = ", ".join(str(e["term"]).replace("_", " ") for e in entries)
     if verdict == "no_mismatch":
         return "Simulation and recording agree to within noise and the tolerance of the model's numbers."
     if verdict == "unexplained" and not entries:

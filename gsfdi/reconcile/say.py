@@ -52,5 +52,6 @@ def sentence(use: TermUse, term: PhysicsTerm | None, gain_share: float, axis: st
         text += f", from {use.onset:.1f} s on"
     text += f"; it accounts for {100 * gain_share:.0f} % of the mismatch that the parameters leave"
     if rivals:
-        text += f"; the data cannot tell it from {', '.join(rivals)}: {experiment([use.term, *rivals])}"
+        others = ", ".join(rivals).replace("_", " ")
+        text += f"; the data cannot tell it from {others}: {experiment([use.term, *rivals])}"
     return text + "."
