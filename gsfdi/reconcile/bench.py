@@ -84,6 +84,7 @@ class Bench:
     grains: tuple[Array, ...] = ()
     """Errors ``(n, 2)`` of sensors so coarse that their error is no white noise, as they would be on this motion."""
     window: tuple[float, float] = HOLD_OUT
+    """Part of the time that is kept for judging, as shares."""
 
     @property
     def critical(self) -> float:

@@ -19,7 +19,7 @@ from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.hand import Round, lay_out, plant_knobs, settle, start_knobs, started
 from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.reconcile.remainder import missing_torque
-from gsfdi.reconcile.screen import LEAST, ONSET_COST, ONSETS, Entry, Screening, refined_onset, refit, screen
+from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset, refit, screen
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.waves import worthy_orders
 from gsfdi.registry import shelf
@@ -203,7 +203,7 @@ def calibrated(hand: Round, screening: Screening, ranked: Sequence[Entry]) -> li
     found = []
     for entry in ranked:
         own = float(np.max(times[slice(*entry.rows)], initial=1.0))
-        found.append(replace(entry, inflation=own, bar=max(LEAST, bar(own, len(times), CHANCE)) + _late(entry)))
+        found.append(replace(entry, inflation=own, bar=max(LEAST, bar(own, len(times), CHANCE)) + onset_cost(entry)))
     return found
 
 
@@ -214,10 +214,6 @@ def settled_onset(hand: Round, floor: Array) -> Round:
     if fitted.cost > hand.fitted.cost - KNOB_COST:
         return hand
     return settle(hand.stand, fitted.model, fitted.knobs, floor)
-
-
-def _late(entry: Entry) -> float:
-    return ONSET_COST if entry.onset is not None else 0.0
 
 
 def matters(hand: Round, entry: Entry) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from gsfdi.fit import Fitted, covariance
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import KNOB_COST, Contest, is_sensor, size_of, without
+from gsfdi.reconcile.compete import KNOB_COST, Contest, is_sensor, missing, size_of, without
 from gsfdi.reconcile.hand import Round, lay_out, plausible, term_knobs, with_term
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, refined_onset, within
@@ -239,8 +239,8 @@ def _with_intervals(hand: Round, given: int, found: Sequence[Name]) -> list[Name
     return done
 
 
-def left_over(first: Round, last: Round, floor: Array, sensed: bool) -> float:
-    """Mismatch that remains, as a share of what it was with parameters alone (root mean square, 0 to 1).
+def torque_left(first: Round, last: Round, floor: Array) -> float:
+    """Missing torque that remains, as a share of what was missing with parameters alone (root mean square, 0 to 1).
 
     Parameters
     ----------
@@ -248,13 +248,19 @@ def left_over(first: Round, last: Round, floor: Array, sensed: bool) -> float:
         Parameters only, and the model with everything that was found.
     floor : (k,) array
         Torque noise that is known to be there [N m].
-    sensed : bool
-        Whether a sensor was found to err: no torque is then missing, and white innovations tell what remains.
     """
-    if sensed:
-        before, after = (_beyond_noise(r, floor) for r in (first, last))
-    else:
-        before, after = (float(np.sqrt(np.sum(np.maximum(r.torque**2 - floor**2, 0.0)))) for r in (first, last))
+    return _share(missing(first, floor), missing(last, floor))
+
+
+def white_left(first: Round, last: Round, floor: Array) -> float:
+    """White innovations beyond noise that remain, as a share: what tells where a sensor errs and no torque is missing.
+
+    Parameters are those of `torque_left`.
+    """
+    return _share(_beyond_noise(first, floor), _beyond_noise(last, floor))
+
+
+def _share(before: float, after: float) -> float:
     return min(after / before, 1.0) if before > 0 else 0.0
 
 

@@ -69,7 +69,7 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
     law = model.controller
     if law is None or not all("setpoint" in r for r in records):
         return None
-    sheets = [s for r in records if (s := sheet_of(r, model, law, 0.0)) is not None]
+    sheets = sheets_of(records, model, law)
     if (
         not sheets
         or law.sample_rate * np.median(np.diff(sheets[0].t)) < 0.5
@@ -78,17 +78,15 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
         return None
     noise = float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12)))
     measured = all(np.isfinite(measured_velocity(r, model)).any() for r in records)
-    if not measured and law.derivative_delay == 0.0:
-        law = replace(law, derivative_delay=speed_age(records, model))
-        sheets = [s for r in records if (s := sheet_of(r, model, law, 0.0)) is not None]
+    if not measured and law.derivative_delay == 0.0 and (age := speed_age(records, model)) > 0:
+        law = replace(law, derivative_delay=age)
+        sheets = sheets_of(records, model, law)
     noise = noise if noise > 0 and measured else max(noise, _hiss(sheets))
     size = float(np.sqrt(np.mean(np.concatenate([s.effort for s in sheets]) ** 2)))
     before = left = _left(sheets, [])
     findings: list[LawFinding] = []
     while len(findings) < most:
-        trials = _hypotheses(records, model, law, sheets, findings)
-        if not measured:
-            trials += _scaled(sheets, findings)
+        trials = _hypotheses(records, model, law, sheets, findings, measured)
         trials = [f for f in trials if f.gain > SURE and _matters(f, size, law) and (measured or _plain(f))]
         trials = [
             f for f in trials if f.share > 0.5 or (f.share > 0.05 and left**2 * (1 - f.share) < (1.3 * noise) ** 2)
@@ -98,7 +96,7 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
             break
         findings.append(best)
         late = sum(f.values.get("delay_s", 0.0) for f in findings)
-        sheets = [s for r in records if (s := sheet_of(r, model, law, late)) is not None]
+        sheets = sheets_of(records, model, law, late)
         left = _left(sheets, findings)
     return LawCheck(before, left, size, noise, tuple(findings), law.derivative_delay)
 
@@ -118,7 +116,7 @@ def speed_age(records: Sequence[JointRecord], model: JointModel) -> float:
 
     def left(ticks: float) -> float:
         aged = replace(law, derivative_delay=ticks / law.sample_rate)
-        return _left([s for r in records if (s := sheet_of(r, model, aged, 0.0)) is not None], [])
+        return _left(sheets_of(records, model, aged), [])
 
     misfits = {ticks: left(ticks) for ticks in AGES}
     best = min(misfits, key=lambda ticks: misfits[ticks])
@@ -138,6 +136,11 @@ def _matters(finding: LawFinding, size: float, law: Controller) -> bool:
 def _plain(finding: LawFinding) -> bool:
     """Whether a finding is plain enough to be believed with a speed that was differentiated from positions."""
     return finding.term != "controller_derivative" and (finding.share > 0.5 or finding.term == "current_limit")
+
+
+def sheets_of(records: Sequence[JointRecord], model: JointModel, law: Controller, late: float = 0.0) -> list[Sheet]:
+    """Lay out every stretch that can be."""
+    return [sheet for r in records if (sheet := sheet_of(r, model, law, late)) is not None]
 
 
 def sheet_of(record: JointRecord, model: JointModel, law: Controller, late: float) -> Sheet | None:
@@ -246,8 +249,9 @@ def _hypotheses(
     law: Controller,
     sheets: Sequence[Sheet],
     so_far: Sequence[LawFinding],
+    measured: bool,
 ) -> list[LawFinding]:
-    """Everything that the law could lack, with what each would gain."""
+    """Everything that the law could lack, with what each would gain; `measured` says whether the speed is logged."""
     misfits = _misfits(sheets, so_far)
     n = sum(len(m) for m in misfits)
     energy = float(sum(m @ m for m in misfits))
@@ -261,6 +265,8 @@ def _hypotheses(
         f"controller_{name}": [s.parts[name] for s in sheets] for name in ("proportional", "integral", "derivative")
     }
     columns["current_gain"] = [commanded(s, so_far) for s in sheets]
+    if not measured:  # positions on a wrong scale: the controller had the speed itself, the log has their slope
+        columns["position_gain"] = [s.braking for s in sheets]
     for term, parts in columns.items():
         if term in taken:
             continue
@@ -270,8 +276,9 @@ def _hypotheses(
             continue
         slope = float(sum(b @ m for b, m in zip(bare, misfits, strict=True))) / info
         rest = energy - slope**2 * info
+        ratio = 1 / (1 + slope) if term == "position_gain" else 1 + slope
         found.append(
-            LawFinding(term, {"ratio": 1 + slope}, None, gain(rest), 1 - rest / energy, float(np.sqrt(rest / n / info)))
+            LawFinding(term, {"ratio": ratio}, None, gain(rest), 1 - rest / energy, float(np.sqrt(rest / n / info)))
         )
     if not taken & {"current_bias", "current_limit"} and len(sheets) == 1:
         found += _step(sheets[0], misfits[0], energy, gain)
@@ -280,19 +287,6 @@ def _hypotheses(
     if "current_limit" not in taken:
         found += _limit(sheets, so_far, energy, n)
     return found
-
-
-def _scaled(sheets: Sequence[Sheet], so_far: Sequence[LawFinding]) -> list[LawFinding]:
-    """Positions on a wrong scale, where the speed that the controller had is not in the log but their slope."""
-    misfits = _misfits(sheets, so_far)
-    bare = [s.braking - s.braking.mean() for s in sheets]
-    n, energy, info = sum(map(len, bare)), float(sum(m @ m for m in misfits)), float(sum(b @ b for b in bare))
-    if info <= 0 or any(f.term == "position_gain" for f in so_far):
-        return []
-    slope = float(sum(b @ m for b, m in zip(bare, misfits, strict=True))) / info
-    rest = max(energy - slope**2 * info, 1e-12 * energy)
-    gain, spread = 0.5 * n * float(np.log(energy / rest)), float(np.sqrt(rest / n / info))
-    return [LawFinding("position_gain", {"ratio": 1 / (1 + slope)}, None, gain, 1 - rest / energy, spread)]
 
 
 def _step(sheet: Sheet, misfit: Array, energy: float, gain: object) -> list[LawFinding]:
@@ -328,8 +322,7 @@ def _late(
     period = 1.0 / law.sample_rate
 
     def rest(late: float) -> float:
-        sheets = [s for r in records if (s := sheet_of(r, model, law, late)) is not None]
-        return float(sum(m @ m for m in _misfits(sheets, so_far)))
+        return float(sum(m @ m for m in _misfits(sheets_of(records, model, law, late), so_far)))
 
     grid = np.array([0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]) * period
     best = min(grid, key=rest)

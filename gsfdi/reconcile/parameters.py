@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.fit import Knob, covariance, levenberg
+from gsfdi.fit import Fitted, Knob, covariance, levenberg
+from gsfdi.model import JointModel
 from gsfdi.reconcile.hand import Round
 
 TERM_OF = {
@@ -50,10 +51,7 @@ def all_kept(hand: Round, nominal: Mapping[str, float]) -> float:
     nominal : mapping of str to float
         Nominal values by field of the plant.
     """
-    start = hand.fitted.model
-    base = replace(start, plant=replace(start.plant, **nominal))
-    fitted = levenberg(hand.misfit, base, [_pinned(k) for k in hand.fitted.knobs], 6)
-    return 0.5 * float(fitted.residual @ fitted.residual - hand.fitted.residual @ hand.fitted.residual)
+    return _cost_beside(hand, levenberg(hand.misfit, _with(hand, nominal), [_pinned(k) for k in hand.fitted.knobs], 6))
 
 
 def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float, Shift]]:
@@ -67,17 +65,26 @@ def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float,
         Nominal values by field of the plant.
     """
     found = []
-    start = hand.fitted.model
-    base = replace(start, plant=replace(start.plant, **nominal))
+    base = _with(hand, nominal)
     for name, value in nominal.items():
         rest = [_pinned(k) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
         alone = Knob(-1, name, 0.03 * value, 0.2 * value, 5.0 * value)
         fitted = levenberg(hand.misfit, base, [alone, *rest], 6)
         sd = float(np.sqrt(covariance(fitted, hand.stand.blocks())[0, 0])) / value
         ratio = float(fitted.values[0] / value)
-        cost = 0.5 * float(fitted.residual @ fitted.residual - hand.fitted.residual @ hand.fitted.residual)
-        found.append((cost, Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd)))
+        found.append((_cost_beside(hand, fitted), Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd)))
     return sorted(found, key=lambda pair: pair[0])
+
+
+def _with(hand: Round, nominal: Mapping[str, float]) -> JointModel:
+    """Give the model in hand with the plant's nominal numbers."""
+    model = hand.fitted.model
+    return replace(model, plant=replace(model.plant, **nominal))
+
+
+def _cost_beside(hand: Round, fitted: Fitted) -> float:
+    """Log-likelihood that a fit loses beside the one in hand."""
+    return 0.5 * float(fitted.residual @ fitted.residual - hand.fitted.residual @ hand.fitted.residual)
 
 
 def _pinned(knob: Knob) -> Knob:

@@ -16,7 +16,7 @@ from gsfdi.reconcile.compete import Contest, compete, is_sensor
 from gsfdi.reconcile.contract import Settled, settle_contract
 from gsfdi.reconcile.evidence import evidence_of
 from gsfdi.reconcile.hand import Round
-from gsfdi.reconcile.judge import CLOSE, Name, left_over, names
+from gsfdi.reconcile.judge import CLOSE, Name, names, torque_left, white_left
 from gsfdi.reconcile.law import LawFinding
 from gsfdi.reconcile.parameters import TOLERANCE, Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
@@ -122,11 +122,11 @@ def _left(case: _Case) -> float:
     step, so that white innovations have the last word on what is not explained.
     """
     if any(is_sensor(name.use.term) for name in case.found):
-        return left_over(case.first, case.hand, case.floor, True)
-    left = left_over(case.first, case.hand, case.floor, False)
+        return white_left(case.first, case.hand, case.floor)
+    left = torque_left(case.first, case.hand, case.floor)
     if left <= REMAINS:
         return left
-    return min(left, max(REMAINS + 0.01, left_over(case.first, case.hand, case.floor, True)))
+    return min(left, max(REMAINS + 0.01, white_left(case.first, case.hand, case.floor)))
 
 
 def noise_share_of(case: _Case) -> float:
@@ -235,6 +235,7 @@ def _shift_entries(moved: Sequence[Shift]) -> list[dict[str, Any]]:
 
 
 CONSTANTS = ("torque_constant_change", "torque_constant_drift", "current_gain")
+"""Terms that each say how much torque an ampere makes."""
 
 
 def _verdict(case: _Case, entries: Sequence[Mapping[str, Any]], left: float, remains: float) -> Outcome:

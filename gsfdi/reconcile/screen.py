@@ -11,7 +11,7 @@ from scipy.signal import fftconvolve
 from gsfdi.fit import Fitted, Knob
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.hand import Round, orthonormal, term_knobs, with_term
+from gsfdi.reconcile.hand import Round, orthonormal, project, term_knobs, with_term
 from gsfdi.reconcile.offer import Offer
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
@@ -83,11 +83,12 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
         if offer.term == "position_bias" and stand.count == 1:
             entries.append(stepped(hand, offer))
     bare = signatures - (signatures @ J) @ J.T
-    ranked = sorted((e for e in entries if e is not None), key=lambda e: -e.linear + _dearer(e))
+    ranked = sorted((e for e in entries if e is not None), key=lambda e: -e.linear + onset_cost(e))
     return Screening(tuple(ranked), bare, np.sum(bare**2, axis=1))
 
 
-def _dearer(entry: Entry) -> float:
+def onset_cost(entry: Entry) -> float:
+    """Log-likelihood that an entry owes for setting in."""
     return ONSET_COST if entry.onset is not None else 0.0
 
 
@@ -195,10 +196,8 @@ def tuned(hand: Round, entry: Entry, values: Mapping[str, float]) -> Mapping[str
         span = values["frequency_hz"] * ratio ** np.linspace(-1, 1, 13)
         trials = [{**values, **within(entry.offer.term, {"frequency_hz": f})} for f in span]
         moved = hand.misfit([with_term(hand.fitted.model, entry.offer.use(v, entry.onset)) for v in trials])
-        seen = moved - hand.fitted.residual
-        J = orthonormal(hand)
-        bare = seen - (seen @ J) @ J.T
-        scores = bare @ hand.fitted.residual
+        bare, residual = project(hand, moved - hand.fitted.residual)
+        scores = bare @ residual
         gains = np.where(scores < 0, scores**2 / np.maximum(np.sum(bare**2, axis=1), 1e-300), 0.0)
         best = int(np.nanargmax(gains))
         c = float(-scores[best] / max(bare[best] @ bare[best], 1e-300))
