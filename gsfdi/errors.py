@@ -1,6 +1,6 @@
 """What a user can put right, said in full: which thing, what is wrong with it, what would mend it.
 
-Library code raises these; only ``cli.py`` prints them and turns them into an exit status.
+Library code raises these; only `gsfdi.cli` prints them and turns them into an exit status.
 """
 
 import difflib

@@ -1,5 +1,7 @@
 """Everything that a shell sees: exit statuses, one line for what is wrong, JSON on standard output, teaching help."""
 
+import importlib
+import inspect
 import json
 import subprocess
 import sys
@@ -50,6 +52,14 @@ def test_help_teaches_with_examples(command: str, gsfdi: Callable[..., Said]) ->
     assert (status, err) == (0, "")
     assert "Examples:" in out
     assert f"gsfdi {command}" in out
+
+
+@pytest.mark.parametrize("name", ["ingest", "baseline", "analyze", "simulate", "reconcile", "prove"])
+def test_every_option_has_a_place_in_the_stage(name: str) -> None:
+    stage = getattr(importlib.import_module(f"gsfdi.pipeline.{name}"), name)
+    here = {"as_json", "verbose", "quiet", "jobs", "scheduler", "fail_on", "dry_run", "check"}
+    named = {str(parameter.name) for parameter in cli.commands[name].params}
+    assert named - here <= set(inspect.signature(stage).parameters)
 
 
 def test_every_option_says_what_it_does() -> None:
