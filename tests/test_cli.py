@@ -54,6 +54,10 @@ def test_help_teaches_with_examples(command: str, gsfdi: Callable[..., Said]) ->
     assert f"gsfdi {command}" in out
 
 
+def test_no_command_at_all_is_answered_with_the_help_page(gsfdi: Callable[..., Said]) -> None:
+    assert gsfdi() == (2, "", gsfdi("--help")[1])
+
+
 @pytest.mark.parametrize("name", ["ingest", "baseline", "analyze", "simulate", "reconcile", "prove"])
 def test_every_option_has_a_place_in_the_stage(name: str) -> None:
     stage = getattr(importlib.import_module(f"gsfdi.pipeline.{name}"), name)

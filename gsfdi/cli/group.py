@@ -11,6 +11,7 @@ from gsfdi.cli.nightly import nightly
 from gsfdi.cli.prove import prove
 from gsfdi.cli.reconcile import reconcile
 from gsfdi.cli.simulate import simulate
+from gsfdi.cli.talk import UNUSABLE
 from gsfdi.cli.terms import terms
 
 
@@ -24,12 +25,15 @@ class Teaching(click.Group):
 
 @click.group(
     cls=Teaching,
+    invoke_without_command=True,
+    subcommand_metavar="COMMAND [ARGS]...",
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
     epilog="Exit status: 0 done; 1 a verdict reached --fail-on; 2 unusable call or input; 3 done, but some input was "
     "damaged or left out; 4 no baseline; 5 another run holds the lock.",
 )
 @click.version_option(__version__, prog_name="gsfdi")
-def cli() -> None:
+@click.pass_context
+def cli(context: click.Context) -> None:
     """Decide which joint of a space robot needs maintenance, what part of it, and when.
 
     \b
@@ -42,6 +46,9 @@ def cli() -> None:
       gsfdi reconcile slew.parquet --model arm.toml  name the physics left out, show the fit improve
       gsfdi prove                                    see it done on data whose answer is sealed
     """
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help(), err=True)
+        context.exit(UNUSABLE)
 
 
 for command in (ingest, baseline, analyze, simulate, reconcile, prove, nightly, terms, completion):
