@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gsfdi import replay as kernel
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel
+from gsfdi.replay import layout
 from gsfdi.starting import Signals, Start, start_of
 from gsfdi.types import Array, JointRecord, frozen
 
@@ -18,7 +18,7 @@ REGULAR = 1e-3  # share of a period within which jittering stamps count as regul
 class Clock(NamedTuple):
     """Events of a replay in order of time: controller ticks and recorded samples.
 
-    ``events`` (E, kernel.EVENT_WIDTH) holds what each brings; ``noise`` (E, 2) is what position and speed sensor add,
+    ``events`` (E, layout.EVENT_WIDTH) holds what each brings; ``noise`` (E, 2) is what position and speed sensor add,
     or has no rows; ``resolution`` (2,) their smallest steps.
     """
 
@@ -29,9 +29,9 @@ class Clock(NamedTuple):
     def restarting(self, samples: Sequence[int]) -> "Clock":
         """Give the clock restarts at these samples, which take the states in this order."""
         events = self.events.copy()
-        events[:, kernel.RESTART] = -1
-        at = np.flatnonzero(events[:, kernel.RECORD] >= 0)[np.asarray(samples, dtype=np.int64)]
-        events[at, kernel.RESTART] = np.arange(len(samples))
+        events[:, layout.RESTART] = -1
+        at = np.flatnonzero(events[:, layout.RECORD] >= 0)[np.asarray(samples, dtype=np.int64)]
+        events[at, layout.RESTART] = np.arange(len(samples))
         return self._replace(events=events)
 
 
@@ -133,16 +133,16 @@ def clock_of(signals: Signals, period: float | None) -> Clock:
     if period is not None and np.median(steps) < 0.75 * period:
         tick = np.diff(np.floor((t - t[0]) / period + 0.01), prepend=-1.0) > 0
     before = np.maximum.accumulate(record)  # sample that an event follows
-    events = np.empty((time.size, kernel.EVENT_WIDTH))
-    events[:, kernel.TIME] = time
-    events[:, kernel.TICK] = tick
-    events[:, kernel.RECORD] = record
-    events[:, kernel.RESTART] = -1
-    events[:, kernel.SETPOINT] = np.interp(time, t, signals.setpoint)
-    events[:, kernel.RATE] = np.interp(time, t, signals.setpoint_rate)
-    events[:, kernel.FEEDFORWARD] = signals.feedforward[before]
-    events[:, kernel.EFFORT] = signals.effort[before]
-    events[:, kernel.POSITION] = np.where(record >= 0, signals.position[before], np.nan)
-    events[:, kernel.VELOCITY] = np.where(record >= 0, signals.velocity[before], np.nan)
-    events[:, kernel.TEMPERATURE] = np.interp(time, t, signals.temperature)
+    events = np.empty((time.size, layout.EVENT_WIDTH))
+    events[:, layout.TIME] = time
+    events[:, layout.TICK] = tick
+    events[:, layout.RECORD] = record
+    events[:, layout.RESTART] = -1
+    events[:, layout.SETPOINT] = np.interp(time, t, signals.setpoint)
+    events[:, layout.RATE] = np.interp(time, t, signals.setpoint_rate)
+    events[:, layout.FEEDFORWARD] = signals.feedforward[before]
+    events[:, layout.EFFORT] = signals.effort[before]
+    events[:, layout.POSITION] = np.where(record >= 0, signals.position[before], np.nan)
+    events[:, layout.VELOCITY] = np.where(record >= 0, signals.velocity[before], np.nan)
+    events[:, layout.TEMPERATURE] = np.interp(time, t, signals.temperature)
     return Clock(events, np.empty((0, 2)), np.zeros(2))

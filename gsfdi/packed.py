@@ -10,11 +10,11 @@ import numba
 import numpy as np
 from numba import types
 
-from gsfdi import replay as kernel
 from gsfdi.errors import UnusableInputError, nearest
 from gsfdi.model import JointModel, Plant, TermUse
 from gsfdi.modelfile import terms
 from gsfdi.motion import QUANTITIES, STATES, TIME, Law, PhysicsTerm
+from gsfdi.replay import layout
 from gsfdi.types import Array
 
 LINEAR_PHASE = 0.5  # [rad] of the fastest mode per substep: the matrix exponential's series then holds to 1e-14
@@ -23,15 +23,15 @@ SPRING_PHASE = 0.16  # the same where laws replace the spring itself
 LAW_DECAY = 0.5  # largest decay of a law's damping per substep
 
 _SLOT = {
-    "torque_constant": kernel.TORQUE_CONSTANT,
-    "current": kernel.CURRENT,
-    "delay": kernel.DELAY,
-    "windup": kernel.WINDUP,
-    "spring": kernel.SPRING,
-    "position_sensor": kernel.POSITION_SENSOR,
-    "velocity_sensor": kernel.VELOCITY_SENSOR,
-    "current_sensor": kernel.CURRENT_SENSOR,
-    "latency": kernel.LATENCY,
+    "torque_constant": layout.TORQUE_CONSTANT,
+    "current": layout.CURRENT,
+    "delay": layout.DELAY,
+    "windup": layout.WINDUP,
+    "spring": layout.SPRING,
+    "position_sensor": layout.POSITION_SENSOR,
+    "velocity_sensor": layout.VELOCITY_SENSOR,
+    "current_sensor": layout.CURRENT_SENSOR,
+    "latency": layout.LATENCY,
 }
 _FACTORS = ("motor_inertia", "output_inertia", "stiffness")
 
@@ -67,8 +67,8 @@ def slot_of(use: TermUse, structure: str) -> int:
         return _SLOT[term.place]
     motor = structure == "rigid" or side_of(use, structure) == "motor"
     if term.place == "dry":
-        return kernel.MOTOR_DRY if motor else kernel.OUTPUT_DRY
-    return kernel.MOTOR_TORQUE if motor else kernel.OUTPUT_TORQUE
+        return layout.MOTOR_DRY if motor else layout.OUTPUT_DRY
+    return layout.MOTOR_TORQUE if motor else layout.OUTPUT_TORQUE
 
 
 def side_of(use: TermUse, structure: str) -> str:
@@ -129,19 +129,19 @@ def longest_step(model: JointModel, row: Sequence[float]) -> float:
 
 
 def pack(model: JointModel, finer: int = 1) -> Array:
-    """Pack `model` into one array for the kernel (see the index constants there); `finer` divides every substep."""
+    """Pack `model` into one array for the kernel (laid out by `gsfdi.replay.layout`); `finer` divides every substep."""
     chosen = [(slot, use) for use in model.physics if (slot := slot_of(use, model.structure)) >= 0]
     chosen.sort(key=lambda pair: pair[0])
     changes = {use.onset for use in model.physics if use.onset and slot_of(use, model.structure) < 0}
     eras = [era(model, time) for time in (0.0, *sorted(changes))]
     slots = [slot for slot, _ in chosen]
     wave = 0.0
-    rows = np.zeros((len(chosen), kernel.TERM_WIDTH))
+    rows = np.zeros((len(chosen), layout.TERM_WIDTH))
     for row, (_, use) in zip(rows, chosen, strict=True):
         values, term = values_of(use), term_of(use)
-        row[kernel.ADDRESS] = compiled(term.law).address  # below 2^53, so exact
-        row[kernel.ONSET] = -math.inf if use.onset is None else use.onset
-        row[kernel.PARAMS : kernel.PARAMS + values.size] = values
+        row[layout.ADDRESS] = compiled(term.law).address  # below 2^53, so exact
+        row[layout.ONSET] = -math.inf if use.onset is None else use.onset
+        row[layout.PARAMS : layout.PARAMS + values.size] = values
         if term.wave:
             wave = max(wave, float(values[[param.name for param in term.params].index(term.wave)]))
     step = min(longest_step(model, row) for row in eras) / finer
@@ -153,7 +153,7 @@ def pack(model: JointModel, finer: int = 1) -> Array:
     )
     rigid = model.structure == "rigid"
     head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, len(eras)]
-    first = [bisect_left(slots, slot) for slot in range(kernel.SLOTS + 1)]
+    first = [bisect_left(slots, slot) for slot in range(layout.SLOTS + 1)]
     return np.concatenate([head, first, np.ravel(eras), rows.ravel()], dtype=np.float64)
 
 

@@ -19,17 +19,16 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from gsfdi import replay as kernel
 from gsfdi.drive import Clock, Drive, drive_from, drive_of
 from gsfdi.errors import UnusableInputError
 from gsfdi.fault import fault_of
 from gsfdi.model import JointModel, TermUse
 from gsfdi.packed import pack, stack
+from gsfdi.replay import kernel, layout
 from gsfdi.starting import Signals, Start, initial_state, recorded_states, resistance
 from gsfdi.telemetry import measured_effort, noisy, over_bus
 from gsfdi.training import training
@@ -54,10 +53,10 @@ LOG = logging.getLogger("gsfdi")
 Mode = Literal["closed_loop", "open_loop", "predict", "predict_controller"]
 EPOCH_NS = 1_767_225_600 * 10**9  # 2026-01-01: recordings that replay nothing begin at one fixed time
 _MODES: dict[str, int] = {
-    "closed_loop": kernel.CLOSED_LOOP,
-    "open_loop": kernel.OPEN_LOOP,
-    "predict": kernel.PREDICT,
-    "predict_controller": kernel.PREDICT_CONTROLLER,
+    "closed_loop": layout.CLOSED_LOOP,
+    "open_loop": layout.OPEN_LOOP,
+    "predict": layout.PREDICT,
+    "predict_controller": layout.PREDICT_CONTROLLER,
 }
 
 
@@ -179,20 +178,18 @@ def run(
     """
     announce_compilation()
     events = clock.events.shape[0]
-    state = np.empty((len(models), events, kernel.STATE_WIDTH))
-    shown = np.empty((len(models), t.size, kernel.SHOWN_WIDTH))
+    state = np.empty((len(models), events, layout.STATE_WIDTH))
+    shown = np.empty((len(models), t.size, layout.SHOWN_WIDTH))
     room = kernel.scratch(max(len(model.physics) for model in models))
     kernel.run_many(packed, *clock, _MODES[mode], starts[:, None, :], gains, again, state, shown, *room)
-    at = slice(None) if events == t.size else clock.events[:, kernel.RECORD] >= 0
+    at = slice(None) if events == t.size else clock.events[:, layout.RECORD] >= 0
     return [trace(model, t, state[b][at], shown[b]) for b, model in enumerate(models)]
 
 
 @cache
 def announce_compilation() -> None:
     """Say so, once, where the kernel is about to be compiled rather than loaded from numba's cache."""
-    source = Path(kernel.__file__)
-    saved = Path(kernel.run_many.stats.cache_path).glob(f"{source.stem}.run_many-*.nbi")
-    if not any(index.stat().st_mtime >= source.stat().st_mtime for index in saved):
+    if not kernel.is_compiled():
         LOG.warning("compiling the simulator, once after installation: some 10 s")
 
 
@@ -205,11 +202,11 @@ def trace(model: JointModel, t: Array, state: Array, shown: Array) -> Trace:
         position=shown[:, 0],
         motor_velocity=model.plant.gear_ratio * speed if rigid else speed,
         joint_velocity=speed if rigid else state[:, 1] + state[:, 3],
-        effort=shown[:, kernel.SHOWN_EFFORT],
+        effort=shown[:, layout.SHOWN_EFFORT],
         windup=state[:, 2],
         motor_angle=state[:, 0],
-        state=state[:, : kernel.INTEGRAL + 1],
-        innovation=shown[:, kernel.INNOVATION :],
+        state=state[:, : layout.INTEGRAL + 1],
+        innovation=shown[:, layout.INNOVATION :],
     )
 
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from gsfdi import replay as kernel
 from gsfdi.drive import drive_from, drive_of, regular
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import Controller, JointModel, Plant
+from gsfdi.replay import layout
 from gsfdi.starting import Signals, Start
 from gsfdi.types import JointRecord
 
@@ -25,38 +25,38 @@ def events(t: np.ndarray, rate: float = 100.0) -> np.ndarray:
 def test_a_recording_at_the_controllers_rate_is_its_own_clock() -> None:
     t = np.arange(50) / 100
     e = events(t)
-    np.testing.assert_allclose(e[:, kernel.TIME], t)
-    assert e[:, kernel.TICK].all()
-    np.testing.assert_array_equal(e[:, kernel.RECORD], np.arange(50))
+    np.testing.assert_allclose(e[:, layout.TIME], t)
+    assert e[:, layout.TICK].all()
+    np.testing.assert_array_equal(e[:, layout.RECORD], np.arange(50))
 
 
 def test_a_slower_recording_has_ticks_between_its_samples() -> None:
     e = events(np.arange(20) / 20)
     assert e.shape[0] == 96
-    assert e[:, kernel.TICK].all()
-    np.testing.assert_allclose(np.diff(e[:, kernel.TIME]), 0.01)
-    np.testing.assert_allclose(e[:, kernel.SETPOINT], 0.1 * e[:, kernel.TIME])
-    assert (e[1:5, kernel.EFFORT] == 0).all()
-    assert e[5, kernel.EFFORT] == 1
+    assert e[:, layout.TICK].all()
+    np.testing.assert_allclose(np.diff(e[:, layout.TIME]), 0.01)
+    np.testing.assert_allclose(e[:, layout.SETPOINT], 0.1 * e[:, layout.TIME])
+    assert (e[1:5, layout.EFFORT] == 0).all()
+    assert e[5, layout.EFFORT] == 1
 
 
 def test_a_faster_recording_has_samples_between_the_ticks() -> None:
     e = events(np.arange(1000) / 1000)
     assert e.shape[0] == 1000
-    np.testing.assert_array_equal(np.flatnonzero(e[:, kernel.TICK]), np.arange(0, 1000, 10))
+    np.testing.assert_array_equal(np.flatnonzero(e[:, layout.TICK]), np.arange(0, 1000, 10))
 
 
 def test_a_gap_is_bridged_by_ticks() -> None:
     t = np.concatenate([np.arange(10), np.arange(30, 40)]) / 100
     e = events(t)
     assert e.shape[0] == 40
-    np.testing.assert_allclose(e[:, kernel.TIME], np.arange(40) / 100, atol=1e-12)
+    np.testing.assert_allclose(e[:, layout.TIME], np.arange(40) / 100, atol=1e-12)
 
 
 def test_without_a_controller_nothing_ticks() -> None:
     model = JointModel("j", "flexible", ERA.plant)
     drive = drive_from(signals(np.arange(10) / 7.0), model, Start(0, 0, 0, 0, 0))
-    assert not drive.clock.events[:, kernel.TICK].any()
+    assert not drive.clock.events[:, layout.TICK].any()
 
 
 def test_jitter_of_stamps_is_told_from_irregular_sampling() -> None:

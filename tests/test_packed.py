@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gsfdi import replay as kernel
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import Controller, JointModel, Plant, TermUse
 from gsfdi.modelfile import terms
 from gsfdi.packed import compiled, era, longest_step, pack, plant_at, stack, values_of
+from gsfdi.replay import layout
 
 ERA = JointModel(
     "era", "flexible", Plant(400.0, 0.0011, 260.6, 130000.0, 0.4, 0.6), controller=Controller(28, 4, 17, 100)
@@ -23,18 +23,18 @@ def step(*uses: TermUse) -> float:
 
 def test_a_packed_model_holds_its_terms_by_slot() -> None:
     packed = pack(replace(ERA, physics=(GAP, DRY, DRY)))
-    first = packed[kernel.FIRST : kernel.FIRST + kernel.SLOTS + 1]
-    assert first[kernel.OUTPUT_DRY + 1] - first[kernel.OUTPUT_DRY] == 2
-    assert first[kernel.WINDUP + 1] - first[kernel.WINDUP] == 1
+    first = packed[layout.FIRST : layout.FIRST + layout.SLOTS + 1]
+    assert first[layout.OUTPUT_DRY + 1] - first[layout.OUTPUT_DRY] == 2
+    assert first[layout.WINDUP + 1] - first[layout.WINDUP] == 1
     assert first[-1] == 3
-    rows = packed[kernel.ERA_ROWS + kernel.ERA_WIDTH :].reshape(3, kernel.TERM_WIDTH)
-    np.testing.assert_array_equal(rows[:, kernel.PARAMS], [2.0, 2.0, 1e-3])
-    assert rows[2, kernel.ADDRESS] == compiled(terms()["backlash"].law).address
+    rows = packed[layout.ERA_ROWS + layout.ERA_WIDTH :].reshape(3, layout.TERM_WIDTH)
+    np.testing.assert_array_equal(rows[:, layout.PARAMS], [2.0, 2.0, 1e-3])
+    assert rows[2, layout.ADDRESS] == compiled(terms()["backlash"].law).address
 
 
 def test_a_rigid_joint_has_one_side() -> None:
     packed = pack(JointModel("j", "rigid", Plant(2.0), physics=(DRY,)))
-    assert packed[kernel.FIRST + kernel.MOTOR_DRY + 1] == 1
+    assert packed[layout.FIRST + layout.MOTOR_DRY + 1] == 1
     with pytest.raises(UnusableInputError, match="it needs a flexible joint"):
         pack(JointModel("j", "rigid", Plant(2.0), physics=(GAP,)))
 
@@ -45,7 +45,7 @@ def test_changes_of_the_plant_make_eras() -> None:
     model = replace(ERA, physics=(soft, heavy))
     assert plant_at(model, 0.0) == replace(ERA.plant, output_inertia=800.0)
     assert plant_at(model, 3.0) == replace(ERA.plant, output_inertia=800.0, stiffness=65000.0)
-    assert pack(model)[kernel.ERAS] == 2
+    assert pack(model)[layout.ERAS] == 2
 
 
 def test_the_step_resolves_what_acts() -> None:

@@ -12,6 +12,7 @@ from scipy.linalg import expm
 import gsfdi
 from gsfdi.model import Controller, JointModel, Plant, TermUse
 from gsfdi.modelfile import load_models
+from gsfdi.replay import compiling, kernel
 from gsfdi.simulate import Drive, Signals, Start, drive_from, replay, replay_many
 from gsfdi.training import training
 from gsfdi.types import Array
@@ -42,6 +43,15 @@ def wave(rate: float, seconds: float) -> tuple[Array, Array]:
 
 def with_terms(*uses: TermUse, model: JointModel = ERA) -> JointModel:
     return replace(model, physics=uses)
+
+
+def test_numba_is_told_when_any_file_of_the_kernel_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = compiling.stamp()
+    assert told in [cell.cell_contents for cell in kernel.run_many.py_func.__closure__]
+    assert {"flow.py", "layout.py", "motion.py"} <= {path.name for path in compiling.SOURCES}
+    for left_out in compiling.SOURCES:
+        monkeypatch.setattr(compiling, "SOURCES", [path for path in compiling.SOURCES if path != left_out])
+        assert compiling.stamp() != told
 
 
 # The linear joint

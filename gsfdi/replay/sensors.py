@@ -1,0 +1,64 @@
+"""What the sensors give of a motion, and what a log holds of that."""
+
+import math
+
+import numpy as np
+
+from gsfdi.replay import layout as at
+from gsfdi.replay.compiling import compiled, inlined
+from gsfdi.replay.laws import any_in, mapped, see, total
+
+
+@inlined
+def sense(model, m, v, states, row, target, time, noise, resolution, now):  # type: ignore[no-untyped-def]
+    """Write into row `target` what sensors give of row `row`: joint angle; motor speed (joint speed if rigid)."""
+    see(model, m, v, row, time)
+    v[target, 0] = mapped(at.POSITION_SENSOR, model, m, states, v[row, 0] + v[row, 2])
+    speed = v[row, 1] if model[at.RIGID] > 0 else model[at.GEAR] * v[row, 1]
+    v[target, 1] = mapped(at.VELOCITY_SENSOR, model, m, states, speed)
+    for i in range(2):
+        if noise.shape[0] > 0:
+            v[target, i] += noise[now, i]
+        if resolution[i] > 0:
+            v[target, i] = round(v[target, i] / resolution[i]) * resolution[i]
+
+
+@inlined
+def sense_late(model, m, v, states, clock, state, now, age, noise, resolution):  # type: ignore[no-untyped-def]
+    """Write into row LATE what sensors give at event `now` of the motion that is `age` old."""
+    motion_at(clock, state, now, clock[now, at.TIME] - age, v)
+    sense(model, m, v, states, at.SEEN, at.LATE, clock[now, at.TIME], noise, resolution, now)
+    see(model, m, v, at.X, clock[now, at.TIME])
+
+
+@compiled
+def motion_at(clock, state, now, time, v):  # type: ignore[no-untyped-def]
+    """Write the motion at `time`, at or before event `now`, into row SEEN: cubic between events."""
+    j = now
+    while j > 0 and clock[j, at.TIME] > time:
+        j -= 1
+    last = min(j + 1, now)
+    span = clock[last, at.TIME] - clock[j, at.TIME]
+    u = 0.0 if span <= 0.0 or time <= clock[0, at.TIME] else (time - clock[j, at.TIME]) / span
+    for i in (0, 2):
+        a, b = state[j, i], state[last, i]
+        da, db = span * state[j, i + 1], span * state[last, i + 1]
+        v[at.SEEN, i] = a + u * (da + u * (3 * (b - a) - 2 * da - db + u * (2 * (a - b) + da + db)))
+        v[at.SEEN, i + 1] = (1 - u) * state[j, i + 1] + u * state[last, i + 1]
+
+
+@inlined
+def show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, shown):  # type: ignore[no-untyped-def]
+    """Write what the log holds of a sample, which late stamps make older; an observer corrects its state by it."""
+    sample, source = int(clock[now, at.RECORD]), at.SENSED
+    if any_in(at.LATENCY, model):
+        sense_late(model, m, v, states, clock, state, now, total(at.LATENCY, model, m, states), noise, resolution)
+        source = at.LATE
+    for i in range(2):
+        shown[sample, i] = v[source, i]
+        shown[sample, at.INNOVATION + i] = np.nan
+        if mode >= at.PREDICT:
+            shown[sample, at.INNOVATION + i] = clock[now, at.POSITION + i] - v[source, i]
+            if math.isfinite(clock[now, at.POSITION + i]):
+                for n in range(4):
+                    v[at.X, n] += gain[n, i] * shown[sample, at.INNOVATION + i]
