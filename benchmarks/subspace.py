@@ -17,7 +17,8 @@ from scipy import linalg
 
 from gsfdi.joint import hold, matrices
 from gsfdi.model import Plant
-from gsfdi.subspace import Array, angles, hankel_factor, moesp, observability
+from gsfdi.subspace import angles, hankel_factor, moesp, observability
+from gsfdi.types import Array
 
 SAMPLES, ROWS, ORDER = 1_000_000, 20, 4
 RESULTS = Path(__file__).parent / "results" / "subspace.json"

@@ -4,7 +4,6 @@ import pytest
 
 from gsfdi.subspace import (
     StateSpace,
-    aligned,
     angles,
     excitation,
     factor,
@@ -97,15 +96,6 @@ def test_angles_are_blind_to_b_and_the_second_step_is_not() -> None:
     whole = StateSpace(A, B, C, np.zeros((3, 2)))
     assert angles(observability(weak.A, weak.C, 8), observability(whole.A, whole.C, 8))[0] < 1e-12
     assert markov(weak, 5) == pytest.approx(0.9 * markov(whole, 5))
-
-
-def test_alignment_undoes_a_change_of_basis() -> None:
-    T = np.random.default_rng(4).standard_normal((3, 3))
-    turned = StateSpace(np.linalg.solve(T, A @ T), np.linalg.solve(T, B), C @ T, np.zeros((3, 2)))
-    back = aligned(turned, StateSpace(A, B, C, np.zeros((3, 2))), 6)
-    assert pytest.approx(A) == back.A
-    assert pytest.approx(B) == back.B
-    assert markov(turned, 6) == pytest.approx(markov(back, 6))
 
 
 def test_a_smooth_command_excites_little() -> None:
