@@ -45,7 +45,6 @@ STAGES = (
     "diagnosis",
     "prognosis",
     "modelfile",
-    "modelschema",
     "packed",
     "starting",
     "fault",

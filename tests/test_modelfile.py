@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 import gsfdi
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import Bus, Controller, JointModel, Plant, Sensors, TermUse
-from gsfdi.modelfile import document_of, dump, load_models, terms
-from gsfdi.modelschema import schema
+from gsfdi.modelfile import dump, load_models, terms
+from gsfdi.modelfile.schema import schema
+from gsfdi.modelfile.writing import document_of
 
 ROOT = Path(gsfdi.__file__).parents[1]
 CONFIGS = [ROOT / "configs" / f"{name}.toml" for name in ("era_joint", "emps_joint", "era_arm")]

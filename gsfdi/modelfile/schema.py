@@ -1,13 +1,13 @@
 """The JSON Schema of model files, for editors and other programs; made from the tables that the reader goes by.
 
-``python -m gsfdi.modelschema > gsfdi/model.schema.json`` writes the published one; a test holds it to this.
+``python -m gsfdi.modelfile.schema > gsfdi/model.schema.json`` writes the published one; a test holds it to this.
 """
 
 import json
 from typing import Any
 
 from gsfdi.channels import Axis
-from gsfdi.modelfile import GAINS, KEYS, SCHEMA, KeyOf, spelling, terms
+from gsfdi.modelfile.keys import GAINS, KEYS, SCHEMA, KeyOf, spelling, terms
 from gsfdi.motion import Param, PhysicsTerm, linear_name
 
 AXES: tuple[Axis, ...] = ("rotary", "linear")
