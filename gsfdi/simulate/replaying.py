@@ -1,57 +1,23 @@
-"""Simulates a joint: replays of a recording, and recordings of the simulator's own.
-
-The interface others build on::
-
-    drive = drive_of(record, model)               # what the recording commands, measures and starts from
-    trace = replay(model, drive)                  # closed loop on the recorded setpoint
-    trace = replay(model, drive, "open_loop")     # on the recorded effort
-    trace = replay(model, drive, "predict", gain=K)             # observer; trace.innovation is (n, 2)
-    trace = replay(model, drive, "open_loop", restarts=[0, 500, 1000])   # multiple shooting; states= sets its states
-    traces = replay_many(models, drive, ...)      # the same for many models in one compiled loop
-    record = simulate_record(model, faults=[fault_of("cogging=2@30", "rotary")], seed=1)   # with sensor noise and bus
-
-A state is ``[Ω, Ω̇, ε, ε̇, integral part of the controller]``, a gain ``K`` (4, 2): state against the innovations of
-position and of motor speed (joint speed of a rigid joint). A trace holds what noise-free sensors would show. What the
-recording holds is in ``drive.signals``, and ``drive_from(signals, model)`` drives a replay with signals of any origin.
-"""
+"""Replays a recording on one model or many, and names what the kernel gives."""
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Literal
 
 import numpy as np
 
-from gsfdi.drive import Clock, Drive, drive_from, drive_of
+from gsfdi.drive import Clock, Drive
 from gsfdi.errors import UnusableInputError
-from gsfdi.fault import fault_of
-from gsfdi.model import JointModel, TermUse
+from gsfdi.model import JointModel
 from gsfdi.packed import pack, stack
 from gsfdi.replay import kernel, layout
-from gsfdi.starting import Signals, Start, initial_state, recorded_states, resistance
-from gsfdi.telemetry import measured_effort, noisy, over_bus
-from gsfdi.training import training
-from gsfdi.types import Array, JointRecord
-
-__all__ = [
-    "Drive",
-    "Mode",
-    "Signals",
-    "Start",
-    "Trace",
-    "drive_from",
-    "drive_of",
-    "fault_of",
-    "initial_state",
-    "replay",
-    "replay_many",
-    "simulate_record",
-]
+from gsfdi.starting import initial_state, recorded_states
+from gsfdi.types import Array
 
 LOG = logging.getLogger("gsfdi")
 Mode = Literal["closed_loop", "open_loop", "predict", "predict_controller"]
-EPOCH_NS = 1_767_225_600 * 10**9  # 2026-01-01: recordings that replay nothing begin at one fixed time
 _MODES: dict[str, int] = {
     "closed_loop": layout.CLOSED_LOOP,
     "open_loop": layout.OPEN_LOOP,
@@ -208,71 +174,3 @@ def trace(model: JointModel, t: Array, state: Array, shown: Array) -> Trace:
         state=state[:, : layout.INTEGRAL + 1],
         innovation=shown[:, layout.INNOVATION :],
     )
-
-
-def simulate_record(
-    model: JointModel,
-    *,
-    replay: JointRecord | None = None,
-    faults: Sequence[TermUse] = (),
-    seed: int = 0,
-    open_loop: bool = False,
-    duration: float = 180.0,
-) -> JointRecord:
-    """Simulate telemetry of a joint; the same seed gives the same bytes.
-
-    Parameters
-    ----------
-    model : JointModel
-        The joint, with its sensors and bus.
-    replay : JointRecord, optional
-        Recording whose setpoint (effort, with `open_loop`) drives the joint, from its own initial state and at its
-        temperature; else a training trajectory of `duration` [s].
-    faults : sequence of TermUse
-        Terms beyond those of the model.
-    seed : int
-        Of noise, bus and trajectory.
-    """
-    faulty = replace(model, physics=(*model.physics, *faults))
-    mode: Mode = "open_loop" if open_loop else "closed_loop"
-    if replay is not None:
-        drive = drive_of(replay, model)
-    elif model.controller is None or open_loop:
-        raise UnusableInputError(model.name, "a training trajectory needs a controller", "add one, or give a recording")
-    else:
-        signals = training(model.axis, model.controller.sample_rate, duration, seed)
-        at_rest = Start(float(signals.setpoint[0]), 0.0, 0.0, 0.0, 0.0)
-        if model.controller.integral > 0:  # which has long found the effort that holds the joint
-            holding = resistance(model, at_rest) / (model.plant.gear_ratio * model.plant.torque_constant)
-            at_rest = at_rest._replace(integral=holding)
-        drive = drive_from(signals, model, at_rest)
-    require([faulty], drive, mode)
-    clock, start = noisy(drive.clock, model.sensors, seed), initial_state(faulty, drive.start)
-    gains, again = np.zeros((1, 4, 2)), np.zeros((1, 0, 5))
-    shown = run([faulty], stack([pack(faulty)]), clock, mode, start[None], gains, again, drive.t)[0]
-    if not np.isfinite(shown.position).all():
-        raise UnusableInputError(model.name, "the simulation runs away", "check inertia, stiffness, gains and terms")
-    t, channels = over_bus(drive.t, channels_of(model, drive, shown, seed), model, seed)
-    return JointRecord(
-        robot=replay.robot if replay else "simulated",
-        joint=model.name,
-        t0_ns=replay.t0_ns if replay else EPOCH_NS,
-        t=t,
-        channels=channels,
-        axis=model.axis,
-    )
-
-
-def channels_of(model: JointModel, drive: Drive, shown: Trace, seed: int) -> dict[str, Array]:
-    """Channels that the telemetry of a simulated motion carries."""
-    signals = drive.signals
-    channels = {"setpoint": signals.setpoint, "setpoint_rate": signals.setpoint_rate, "position": shown.position}
-    if model.structure == "flexible":
-        channels["motor_velocity"] = shown.motor_velocity
-    else:
-        channels["joint_velocity"] = shown.joint_velocity
-    channels[model.effort] = measured_effort(shown.effort, model.sensors, seed)
-    if signals.feedforward.any():
-        channels[f"{model.effort}_feedforward"] = signals.feedforward
-    channels["temperature"] = signals.temperature
-    return {name: values for name, values in channels.items() if np.isfinite(values).any()}
