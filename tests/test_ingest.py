@@ -12,6 +12,7 @@ from recordings import JOINT_STATE, NAMES, T0, joint_state, motion
 
 from gsfdi import ingest
 from gsfdi.errors import UnusableInputError
+from gsfdi.ingest import reading
 from gsfdi.mapping import parse
 from gsfdi.readers import parquet_file
 
@@ -387,7 +388,7 @@ def test_a_table_that_promises_too_much_is_refused(tmp_path: Path, monkeypatch: 
 
 def test_a_file_too_long_to_hold_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = recordings.joint_states(tmp_path / "a.mcap", 100)
-    monkeypatch.setattr(ingest, "MOST_HELD", 50)
+    monkeypatch.setattr(reading, "MOST_HELD", 50)
     (problem,) = ingest.read([path]).problems
     assert "too long" in problem.what
     assert len(list(ingest.stream([path]))[-1].records) == 3

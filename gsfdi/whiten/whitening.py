@@ -1,0 +1,154 @@
+"""Innovations of one gain, refiltered to white ones."""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from scipy.linalg import solve_toeplitz
+from scipy.signal import lfilter
+
+from gsfdi.types import Array, Mask
+from gsfdi.whiten.system import Ints, Observed
+
+
+class Whitener(NamedTuple):
+    """Turns innovations under the base gain into white ones; see :func:`whitener`.
+
+    ``colour`` (p, k) predicts each whitened channel from its own last k samples, where its noise is not white by itself
+    (a coarse sensor's is not); ``size`` (p,) is what that leaves. Without colour, the Kalman filter has done it all.
+    """
+
+    system: Observed
+    base: Array
+    gains: Array
+    weights: Array
+    logdet: Array
+    steps: Ints
+    colour: Array
+    size: Array
+
+    def __call__(self, innovations: Array) -> Array:
+        """White innovations ``(m, n p)`` of ``(m, n, 2)`` or ``(n, 2)`` under the base gain; 0 where one is missing."""
+        e = np.ascontiguousarray(np.atleast_3d(innovations.T).T[..., list(self.system.rows)])
+        out = np.empty_like(e)
+        base = np.ascontiguousarray(self.base[: len(self.system.Ad), list(self.system.rows)])
+        _refilter(self.system.Ad, self.system.C, base, self.gains, self.weights, self.steps, e, out)
+        if self.colour.shape[1]:
+            for i, (past, size) in enumerate(zip(self.colour, self.size, strict=True)):
+                out[..., i] = lfilter(np.concatenate([[1.0], -past]) / size, [1.0], out[..., i], axis=-1)
+        return out.reshape(len(e), -1)
+
+    def coloured(self, innovations: Array, order: int = 12) -> "Whitener":
+        """Give the whitener that makes `innovations` white, which stand for noise alone."""
+        plain = self(innovations).reshape(len(self.steps), -1)
+        colour, size = np.zeros((plain.shape[1], order)), np.ones(plain.shape[1])
+        for i, values in enumerate(plain.T):
+            lags = np.array([values[k:] @ values[: len(values) - k] for k in range(order + 1)]) / len(values)
+            lags[0] *= 1 + 1e-6
+            colour[i] = solve_toeplitz(lags[:-1], lags[1:])
+            size[i] = np.sqrt(max(lags[0] - colour[i] @ lags[1:], 1e-12))
+        return self._replace(colour=colour, size=size, logdet=self.logdet + 2 * float(np.log(size).sum()))
+
+
+def whitener(
+    system: Observed, base: Array, doubt: Array, torque: Array, steps: Ints, present: Mask, shaken: Array | None = None
+) -> Whitener:
+    """Set up a whitener for process noise of `torque` [N m].
+
+    Parameters
+    ----------
+    system : Observed
+    base : (4, 2) array
+        Gain of the replay that gives the innovations.
+    doubt : (n, n) array
+        Covariance of the state at a start.
+    torque : (k,) array
+        Standard deviation of the white torque on each side [N m].
+    steps : (n,) int array
+        Sampling periods since the sample before; 0 where the filter starts anew.
+    present : (n,) bool array
+        Whether the sample was measured.
+    shaken : (n,) array, optional
+        Standard deviation of the drive's torque over the step before each sample where it is not known [N m].
+    """
+    Q = np.ascontiguousarray((system.Bt * np.square(torque)) @ system.Bt.T)
+    push = np.outer(system.Bt[:, 0], system.Bt[:, 0])
+    shake = np.zeros(len(steps)) if shaken is None else shaken**2
+    K, W, logdet = _gains(system.Ad, Q, system.C, np.diag(system.R), doubt, steps, present, push, shake)
+    p = len(system.rows)
+    return Whitener(system, base, K, W, logdet, steps, np.zeros((p, 0)), np.ones(p))
+
+
+@numba.njit(cache=True)
+def _gains(Ad, Q, C, R, P0, steps, present, push, shake):  # type: ignore[no-untyped-def]
+    """Gains and inverse Cholesky factors of the innovations' covariance, sample by sample; 0 steps starts anew."""
+    n, nx, p = steps.size, Ad.shape[0], C.shape[0]
+    K, W, logdet = np.zeros((n, nx, p)), np.zeros((n, p, p)), np.zeros(n)
+    P, eye = P0.copy(), np.eye(nx)
+    settled, before = 0, np.inf
+    for k in range(n):
+        if steps[k] == 0:
+            P, settled = P0.copy(), 0
+        else:
+            settled = settled if steps[k] == 1 else 0
+            if shake[k] > 0:
+                settled = 0
+            for _ in range(steps[k] if settled < 3 else 0):
+                P = Ad @ P @ Ad.T + Q
+            if shake[k] > 0:
+                P = P + shake[k] * push
+        if not present[k]:
+            settled = 0
+            continue
+        if settled >= 3:
+            K[k], W[k], logdet[k] = K[k - 1], W[k - 1], logdet[k - 1]
+            continue
+        S = C @ P @ C.T + R
+        factor = np.linalg.cholesky(S)
+        W[k] = np.linalg.inv(factor)
+        K[k] = P @ C.T @ np.linalg.inv(S)
+        for i in range(p):
+            logdet[k] += 2 * np.log(factor[i, i])
+        left = eye - K[k] @ C
+        P = left @ P @ left.T + K[k] @ R @ K[k].T
+        if abs(logdet[k] - before) < 1e-10 and k % 50 == 0:
+            settled += 1
+        if k % 50 == 0:
+            before = logdet[k]
+    return K, W, logdet
+
+
+@numba.njit(cache=True)
+def _refilter(Ad, C, K0, K, W, steps, e, out):  # type: ignore[no-untyped-def]
+    """White innovations of the filter `K` from those of the observer `K0`; e and out are (m, n, p)."""
+    m, n, p = e.shape
+    nx = Ad.shape[0]
+    delta, work, inner = np.zeros(nx), np.zeros(nx), np.zeros(p)
+    for j in range(m):
+        delta[:] = 0.0
+        for k in range(n):
+            if steps[k] == 0:
+                delta[:] = 0.0
+            else:
+                for _ in range(steps[k]):
+                    for a in range(nx):
+                        total = 0.0
+                        for b in range(nx):
+                            total += Ad[a, b] * delta[b]
+                        work[a] = total
+                    delta[:] = work
+            missing = False
+            for i in range(p):
+                inner[i] = e[j, k, i]
+                missing |= not np.isfinite(inner[i])
+                for a in range(nx):
+                    inner[i] -= C[i, a] * delta[a]
+            for i in range(p):
+                total = 0.0
+                for j2 in range(i + 1):
+                    total += W[k, i, j2] * inner[j2]
+                out[j, k, i] = 0.0 if missing else total
+            if not missing:
+                for a in range(nx):
+                    for i in range(p):
+                        delta[a] += K[k, a, i] * inner[i] - K0[a, i] * e[j, k, i]
