@@ -4,7 +4,6 @@ Pages carry checksums and are verified, but nothing in Parquet protects the foot
 stand. A file written here therefore holds the SHA-256 of all its bytes, taken with the digest itself as zeros.
 """
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from gsfdi import seal
 from gsfdi.atomic import aside
 from gsfdi.channels import CHANNEL_OF_COLUMN, CHANNELS, Axis
 from gsfdi.errors import UnusableInputError
@@ -22,8 +22,6 @@ from gsfdi.types import JointRecord
 SCHEMA = "gsfdi/telemetry/1"
 ROW_GROUP = 131_072
 """Rows read at a time: 22 minutes of 100 Hz."""
-_SEAL = b"gsfdi.seal"
-_BLANK = b"0" * 64
 
 
 def to_table(records: Sequence[JointRecord], every_column: bool = False) -> pa.Table:
@@ -98,7 +96,7 @@ def write_parquet(
             {record.joint: {k: dict(v) for k, v in record.quality.items()} for record in records}
         ),
         **(notes or {}),
-        _SEAL.decode(): _BLANK.decode(),
+        seal.NAME.decode(): seal.BLANK.decode(),
     }
     numbers = [name for name in table.column_names if name != "joint"]
     with aside(path) as part:
@@ -113,49 +111,37 @@ def write_parquet(
         ) as writer:
             writer.write_table(table, row_group_size=ROW_GROUP)
             writer.add_key_value_metadata(content)
-        _seal(part)
+        seal.seal(part)
 
 
-def is_sealed_whole(path: Path) -> bool | None:
-    """Whether the bytes of a file are those that were written; None for a file that carries no seal.
-
-    Parameters
-    ----------
-    path : Path
-    """
-    with path.open("rb") as file:
-        digest, kept = _digest(file)
-    return None if kept is None else digest == kept
-
-
-def open_verified(path: Path) -> tuple[pq.ParquetFile, bool]:
-    """Open a Parquet file with page checksums verified, after checking its seal.
+def open_verified(path: Path, whole: bool | None) -> pq.ParquetFile:
+    """Open a Parquet file with page checksums verified, unless a seal vouches for every byte already.
 
     Parameters
     ----------
     path : Path
+    whole : bool or None
+        Whether the file's seal holds (`gsfdi.seal.digests`); None where it carries none.
 
     Returns
     -------
-    pyarrow.parquet.ParquetFile, bool
-        The file, and whether a seal vouches for it.
+    pyarrow.parquet.ParquetFile
 
     Raises
     ------
     UnusableInputError
         The file is damaged or no Parquet file.
     """
-    whole = is_sealed_whole(path)
     if whole is False:
         raise UnusableInputError(path, "is damaged: its SHA-256 is not the one sealed into it", "fetch the file again")
     try:
-        file = pq.ParquetFile(path, page_checksum_verification=True, **_BOUNDS)
+        file = pq.ParquetFile(path, page_checksum_verification=not whole, **_BOUNDS)
     except (pa.ArrowException, OSError, ValueError) as error:
         raise UnusableInputError(path, f"is not a whole Parquet file: {error}", "fetch the file again") from error
     stated = (file.metadata.metadata or {}).get(b"gsfdi.schema")
     if stated is not None and whole is None:
         raise UnusableInputError(path, "is damaged: its seal is gone", "fetch the file again")
-    return file, bool(whole)
+    return file
 
 
 _BOUNDS: dict[str, Any] = {"thrift_string_size_limit": 16 << 20, "thrift_container_size_limit": 1 << 20}
@@ -168,46 +154,6 @@ def _carries(record: JointRecord, column: str) -> bool:
 
 def _says(unit: str, description: str) -> dict[str, str]:
     return {"unit": unit, "description": description}
-
-
-def _seal(path: Path) -> None:
-    """Put the digest where the zeros stand."""
-    with path.open("rb+") as file:
-        digest, kept = _digest(file)
-        if kept != _BLANK:
-            raise RuntimeError(f"{path}: the seal's place was not found")
-        file.seek(_place(file))
-        file.write(digest)
-
-
-def _digest(file: Any) -> tuple[bytes, bytes | None]:
-    """SHA-256 with the seal as zeros, and the seal as it stands (None without one)."""
-    at = _place(file)
-    if at < 0:
-        return b"", None
-    file.seek(0)
-    hasher = hashlib.sha256()
-    left = at
-    while left > 0:
-        block = file.read(min(left, 1 << 20))
-        hasher.update(block)
-        left -= len(block)
-    kept = file.read(len(_BLANK))
-    hasher.update(_BLANK)
-    hasher.update(file.read())
-    return hasher.hexdigest().encode(), kept
-
-
-def _place(file: Any) -> int:
-    """Offset of the seal's digest: the last one in the file's footer, after its key and a thrift length byte."""
-    file.seek(0, 2)
-    size = file.tell()
-    file.seek(max(0, size - (4 << 20)))
-    base = file.tell()
-    tail = file.read()
-    at = tail.rfind(_SEAL)
-    # Thrift's compact protocol: key, field header 0x18, length 64, value.
-    return base + at + len(_SEAL) + 2 if at >= 0 else -1
 
 
 def filled(file: pq.ParquetFile) -> list[str]:

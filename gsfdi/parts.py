@@ -17,6 +17,7 @@ from gsfdi.canonical import axis_of, filled, open_verified
 from gsfdi.channels import CHANNEL_OF_COLUMN
 from gsfdi.errors import UnusableInputError
 from gsfdi.quality import judge
+from gsfdi.seal import digests
 from gsfdi.types import Array, JointRecord
 
 DAY_NS = 86_400_000_000_000
@@ -77,7 +78,7 @@ def holds(path: Path, record: JointRecord) -> bool:
     if not path.exists():
         return False
     try:
-        file, _ = open_verified(path)
+        file = open_verified(path, digests(path).whole)
     except UnusableInputError:
         return False
     with file:
@@ -109,7 +110,7 @@ def meets(part: Part, start_ns: int | None, end_ns: int | None) -> bool:
 
 def read_part(part: Part, start_ns: int | None, end_ns: int | None, seconds: float | None) -> Iterator[JointRecord]:
     """Records of one file, whole or in pieces of so many seconds."""
-    file, _ = open_verified(part.path)
+    file = open_verified(part.path, digests(part.path).whole)
     with file:
         notes = file.metadata.metadata or {}
         [[source, sha256]] = json.loads(notes[b"gsfdi.source"])

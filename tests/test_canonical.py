@@ -1,3 +1,4 @@
+import hashlib
 from pathlib import Path
 
 import numpy as np
@@ -5,7 +6,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from gsfdi import canonical
+from gsfdi import canonical, seal
 from gsfdi.errors import UnusableInputError
 from gsfdi.types import JointRecord
 
@@ -48,17 +49,18 @@ def test_stamps_keep_their_nanoseconds(tmp_path: Path) -> None:
 def test_a_flipped_bit_anywhere_breaks_the_seal(tmp_path: Path) -> None:
     path = tmp_path / "a.parquet"
     canonical.write_parquet(path, [record()])
-    assert canonical.is_sealed_whole(path)
+    assert seal.digests(path).whole
     whole = path.read_bytes()
     for at in range(0, len(whole), 61):
         damaged = bytearray(whole)
         damaged[at] ^= 16
         path.write_bytes(damaged)
         with pytest.raises(UnusableInputError, match="parquet"):
-            canonical.open_verified(path)
+            canonical.open_verified(path, seal.digests(path).whole)
 
 
 def test_a_foreign_file_is_opened_without_a_seal(tmp_path: Path) -> None:
     pq.write_table(pa.table({"x": [1.0]}), tmp_path / "b.parquet")
-    _, sealed = canonical.open_verified(tmp_path / "b.parquet")
-    assert not sealed
+    seen = seal.digests(tmp_path / "b.parquet")
+    assert seen == (hashlib.sha256((tmp_path / "b.parquet").read_bytes()).hexdigest(), None)
+    assert canonical.open_verified(tmp_path / "b.parquet", seen.whole).metadata.num_rows == 1

@@ -34,6 +34,7 @@ GROUND = (
     "replay",
     "atomic",
     "canonical_mcap",
+    "seal",
 )
 SHELVES = ("readers", "terms", "detectors", "reports")
 STAGES = (

@@ -1,6 +1,5 @@
 """Files in, records out: whole, or piece by piece where they are long."""
 
-import hashlib
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
@@ -8,6 +7,7 @@ from gsfdi.errors import GsfdiError, UnusableInputError
 from gsfdi.ingest.held import Held
 from gsfdi.ingest.sources import reader_of
 from gsfdi.mapping import Mapping
+from gsfdi.seal import digests
 from gsfdi.types import Batch, JointRecord, Problem
 
 PIECE = 4_000_000
@@ -71,8 +71,9 @@ def _file(path: Path, mappings: Sequence[Mapping], joints: Sequence[str], piece:
     problems: list[Problem] = []
     try:
         reader = reader_of(path)
-        held = Held(path, _sha256(path), joints)
-        for item in reader.read(path, mappings):
+        seen = digests(path)
+        held = Held(path, seen.sha256, joints)
+        for item in reader.read(path, mappings, seen.whole):
             if isinstance(item, Problem):
                 problems.append(item)
                 continue
@@ -88,8 +89,3 @@ def _file(path: Path, mappings: Sequence[Mapping], joints: Sequence[str], piece:
         yield Batch((), (*problems, Problem(str(path), error.what, error.mend, "unusable")))
     except OSError as error:
         yield Batch((), (*problems, Problem(str(path), f"cannot be read: {error.strerror or error}", "", "unusable")))
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

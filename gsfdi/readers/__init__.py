@@ -22,12 +22,12 @@ class Reader:
     sniff : callable
         First bytes of a file -> whether it is of this format.
     read : callable
-        Path and mappings -> blocks and problems, in bounded memory.
+        Path, mappings, and whether the file's seal holds (None without one) -> blocks and problems, in bounded memory.
     describe : callable
         Path and mappings -> what the file holds and how it would be read.
     """
 
     name: str
     sniff: Callable[[bytes], bool]
-    read: Callable[[Path, Sequence[Mapping]], Iterator[Item]]
+    read: Callable[[Path, Sequence[Mapping], bool | None], Iterator[Item]]
     describe: Callable[[Path, Sequence[Mapping]], dict[str, object]]

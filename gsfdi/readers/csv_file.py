@@ -60,13 +60,15 @@ def sniff(head: bytes) -> bool:
     return width >= 2 and any(_is_number(cell) and cell.strip() for row in cells[-3:] for cell in row)
 
 
-def read(path: Path, mappings: Sequence[Mapping]) -> Iterator[Item]:
+def read(path: Path, mappings: Sequence[Mapping], whole: bool | None) -> Iterator[Item]:
     """Yield the table block by block, and name what was left out.
 
     Parameters
     ----------
     path : Path
     mappings : sequence of Mapping
+    whole : bool or None
+        Whether the file's seal holds; this format has none.
     """
     shape = _shape(path)
     chosen = plans(path, shape.names, mappings)

@@ -60,13 +60,15 @@ def sniff(head: bytes) -> bool:
     return head[:8] == MAGIC
 
 
-def read(path: Path, mappings: Sequence[Mapping]) -> Iterator[Item]:
+def read(path: Path, mappings: Sequence[Mapping], whole: bool | None) -> Iterator[Item]:
     """Yield the joint telemetry block by block, and what is wrong with the file.
 
     Parameters
     ----------
     path : Path
     mappings : sequence of Mapping
+    whole : bool or None
+        Whether the file's seal holds; this format has none.
     """
     contents = _opened(path)
     readers: dict[int, layout.Topic | jsons.Topic | None] = {}

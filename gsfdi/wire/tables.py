@@ -145,16 +145,16 @@ def columns_of(table: pa.RecordBatch, plan: Plan, origin: str) -> Iterator[Colum
         }
         yield Columns(origin, time_ns[known], values, lost)
         return
-    codes, joints = _joints(table.column(plan.joint))
-    for code, joint in enumerate(joints):
-        mask = known & (codes == code)
+    for joint, rows in _joints(table.column(plan.joint)):
+        mask = known & rows
         here = slice(None) if mask.all() else mask  # a block of one joint is the rule, and need not be copied
         values = {}
         for pick in plan.picks:
             found = _in_si(numbers[pick.column][here], pick.source)
-            if not np.isnan(found).all():  # a long table leaves the columns of the other kind of joint empty
+            if not _empty(found):  # a long table leaves the columns of the other kind of joint empty
                 values[Key(plan.robot, pick.source.rename.get(joint, joint), pick.channel, pick.axis)] = found
-        yield Columns(origin, time_ns[here], values, lost if code == 0 else {})
+        yield Columns(origin, time_ns[here], values, lost)
+        lost = {}
 
 
 def _in_si(values: Array, source: Source) -> Array:
@@ -166,11 +166,9 @@ def stamps(column: pa.Array, plan: Plan) -> tuple[Stamps, Mask]:
     kind = column.type
     if pa.types.is_timestamp(kind):
         whole = column.cast(pa.timestamp("ns", tz=kind.tz), safe=False)
-        known = np.asarray(pc.is_valid(whole))
-        return np.asarray(pc.fill_null(whole.cast(pa.int64()), 0)), known
+        return _filled(whole.cast(pa.int64()), 0), _known(whole)
     if pa.types.is_integer(kind) and not pa.types.is_uint64(kind):
-        known = np.asarray(pc.is_valid(column))
-        ticks = np.asarray(pc.fill_null(column.cast(pa.int64()), 0))
+        known, ticks = _known(column), _filled(column.cast(pa.int64()), 0)
         tick = plan.tick_ns or 1
         fits = known & (np.abs(ticks) < 2**62 // tick) & (abs(plan.epoch_ns) < 2**61)
         return np.where(fits, ticks, 0) * tick + plan.epoch_ns, fits
@@ -188,10 +186,28 @@ def _numbers(column: pa.Array) -> Array:
     """A column as float64, NaN for nulls and for what is no number."""
     if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type) or pa.types.is_boolean(column.type)):
         return np.full(len(column), np.nan)
-    return np.asarray(pc.fill_null(column.cast(pa.float64(), safe=False), np.nan), dtype=np.float64)
+    return np.asarray(_filled(column.cast(pa.float64(), safe=False), np.nan), dtype=np.float64)
 
 
-def _joints(column: pa.Array) -> tuple[Stamps, list[str]]:
-    dictionary = column.cast(pa.string()).dictionary_encode()
-    codes = np.asarray(pc.fill_null(dictionary.indices, -1))
-    return codes, [str(name) for name in dictionary.dictionary.to_pylist()]
+def _filled(column: pa.Array, value: float) -> np.ndarray:
+    """A column's numbers, without a copy where none is missing."""
+    return np.asarray(pc.fill_null(column, value) if column.null_count else column)
+
+
+def _known(column: pa.Array) -> Mask:
+    """Where a column says something."""
+    return np.asarray(pc.is_valid(column)) if column.null_count else np.ones(len(column), dtype=np.bool_)
+
+
+def _empty(values: Array) -> bool:
+    return not len(values) or bool(np.isnan(values[0]) and np.isnan(values).all())
+
+
+def _joints(column: pa.Array) -> Iterator[tuple[str, Mask | bool]]:
+    """The joints that a column names, and the rows of each."""
+    if not pa.types.is_dictionary(column.type) or len(column.dictionary) != 1 or column.null_count:
+        column = column.cast(pa.string()).dictionary_encode()
+    codes = np.asarray(pc.fill_null(column.indices, -1))
+    names = [str(name) for name in column.dictionary.to_pylist()]
+    for code, name in enumerate(names):
+        yield name, True if len(names) == 1 and not column.null_count else codes == code
