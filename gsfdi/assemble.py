@@ -7,7 +7,7 @@ import numpy as np
 
 from gsfdi.clock import believable_times
 from gsfdi.quality import judge
-from gsfdi.types import Array, JointRecord
+from gsfdi.types import Array, JointRecord, sealed
 from gsfdi.wire import Key, Stamps
 
 Blocks = list[tuple[str, Stamps, dict[Key, Array]]]
@@ -74,18 +74,19 @@ def assemble(
                 channels[name], stale = _carried(base.time_ns, other.time_ns, values)
                 if stale:
                     counts[f"stale {name}"] = float(stale)
-    channels = {name: values for name, values in channels.items() if np.isfinite(values).any() or _infinite(values)}
+    channels = {name: values for name, values in channels.items() if _says(values)}
     if not channels:
         return None
     t0 = int(base.time_ns[0])
-    t: Array = (base.time_ns - t0) * np.float64(1e-9)
+    t = sealed((base.time_ns - t0) * np.float64(1e-9))
     valid, told = judge(t, channels, axis)
     told["time"] |= counts | dict(faults)
     return JointRecord(robot, joint, t0, t, channels, axis, valid, source, sha256, told)
 
 
-def _infinite(values: Array) -> bool:
-    return bool(np.isinf(values).any())
+def _says(values: Array) -> bool:
+    """Whether there is any number, be it infinite."""
+    return bool(len(values)) and not (np.isnan(values[0]) and np.isnan(values).all())
 
 
 def _worth(series: _Series) -> tuple[int, int]:
@@ -95,10 +96,11 @@ def _worth(series: _Series) -> tuple[int, int]:
 
 def _series(blocks: Blocks, origin: str, after: int | None) -> _Series | None:
     own = [(time_ns, columns) for name, time_ns, columns in blocks if name == origin]
-    time_ns = np.concatenate([block for block, _ in own])
+    time_ns = _together([block for block, _ in own])
     timed = believable_times(time_ns, after)
     if not len(timed.rows):
         return None
+    rows = slice(None) if len(timed.rows) == len(time_ns) else timed.rows  # as a rule nothing is left out
     ranks = {key.channel: key.rank for _, columns in own for key in columns}
     values = {}
     for name in ranks:
@@ -106,8 +108,13 @@ def _series(blocks: Blocks, origin: str, after: int | None) -> _Series | None:
         for block, columns in own:
             found = [column for key, column in columns.items() if key.channel == name]
             parts.append(found[0] if found else np.full(len(block), np.nan))
-        values[name] = np.concatenate(parts)[timed.rows]
-    return _Series(time_ns[timed.rows], values, ranks, timed.counts)
+        values[name] = _together(parts)[rows]
+    return _Series(time_ns[rows], values, ranks, timed.counts)
+
+
+def _together(parts: list[np.ndarray]) -> np.ndarray:
+    """Parts one after another; one alone is not copied."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _carried(base_ns: Stamps, time_ns: Stamps, values: Array) -> tuple[Array, int]:

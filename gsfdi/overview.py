@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gsfdi.types import Array, JointRecord
+from gsfdi.types import Array, JointRecord, frozen
 
 MOST = 30_000
 """From this many to twice as many samples are kept: five minutes at 100 Hz are kept whole."""
@@ -68,9 +68,9 @@ def _every(record: JointRecord, start: int, stride: int) -> JointRecord:
         return record
     pick = slice(start, None, stride)
     return JointRecord(
-        record.robot, record.joint, record.t0_ns, record.t[pick],
-        {name: values[pick] for name, values in record.channels.items()}, record.axis,
-        {name: mask[pick] for name, mask in record.valid.items()}, record.source, record.sha256, record.quality,
+        record.robot, record.joint, record.t0_ns, frozen(record.t[pick]),  # copies, so that the whole can go
+        {name: frozen(values[pick]) for name, values in record.channels.items()}, record.axis,
+        {name: mask[pick].copy() for name, mask in record.valid.items()}, record.source, record.sha256, record.quality,
     )  # fmt: skip
 
 

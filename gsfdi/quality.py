@@ -10,7 +10,7 @@ import numpy as np
 
 from gsfdi.channels import Axis
 from gsfdi.clock import time_summary
-from gsfdi.passes import alone, at_limit, extent, repeats, screen
+from gsfdi.passes import alone, at_limit, extent, runs, sampled, screen
 from gsfdi.types import Array, Mask
 
 _LIMITS: dict[str, float] = {
@@ -34,8 +34,6 @@ _SPEEDS = ("joint_velocity", "motor_velocity")
 _DRIVES = {"motor_current", "drive_torque"}
 """Channels that saturate."""
 
-_SAMPLED = 20_000
-"""Samples that a percentile is taken from, evenly spread; a long channel is not sorted whole."""
 STUCK_SAMPLES = 25
 STUCK_SECONDS = 0.5
 
@@ -69,23 +67,29 @@ def spikes(values: Array) -> Mask:
     values : (n,) array
         NaN where there is no value.
     """
-    found = np.zeros(len(values), dtype=np.bool_)
     lacking = np.isnan(values)
-    course = values[~lacking] if lacking.any() else values
-    if len(course) < 20:
-        return found
-    at = np.arange(1, len(course) - 1, len(course) // _SAMPLED + 1)
-    sampled = course[at]
-    off = np.abs(sampled - 0.5 * (course[at - 1] + course[at + 1]))
+    whole = not lacking.any()
+    course = values if whole else values[~lacking]
+    lone = np.zeros(len(course), dtype=np.bool_)
+    if len(course) >= 20:
+        alone(course, _far_off(course), True, lone)
+    if whole:
+        return lone
+    found = np.zeros(len(values), dtype=np.bool_)
+    found[~lacking] = lone
+    return found
+
+
+def _far_off(course: Array) -> float:
+    """Distance from its neighbours' mean that an honest sample keeps below."""
+    some = sampled(course[1:-1])
+    off = np.abs(some - 0.5 * (sampled(course[:-2]) + sampled(course[2:])))
     spread = float(np.percentile(off, 90))
     # A smooth channel has corners; they are no spikes while they are small beside its whole course.
-    span = float(np.percentile(np.abs(sampled - np.median(sampled)), 99))
+    span = float(np.percentile(np.abs(some - np.median(some)), 99))
     # Nor is the flicker of the last digit of a resting one; what rounding leaves is no digit.
-    digit = float(np.min(off, where=off > 1e-9 * max(float(np.abs(sampled).max()), 1e-3), initial=np.inf))
-    lone = np.zeros(len(course), dtype=np.bool_)
-    alone(course, max(20.0 * spread, 1e-2 * span, min(10.0 * digit, 1e-2), 1e-9), lone)
-    found[~lacking if lacking.any() else slice(None)] = lone
-    return found
+    digit = float(np.min(off, where=off > 1e-9 * max(float(np.abs(some).max()), 1e-3), initial=np.inf))
+    return max(20.0 * spread, 1e-2 * span, min(10.0 * digit, 1e-2), 1e-9)
 
 
 def frozen_runs(values: Array, t: Array) -> list[tuple[int, int]]:
@@ -104,10 +108,14 @@ def frozen_runs(values: Array, t: Array) -> list[tuple[int, int]]:
     """
     if len(values) < 4 * STUCK_SAMPLES:
         return []
-    runs, within, elsewhere = repeats(values, t, STUCK_SAMPLES, STUCK_SECONDS)
+    found = runs(values, t, STUCK_SAMPLES, STUCK_SECONDS)
+    if not found:
+        return []
+    within = sum(end - first for first, end in found)
     others = len(values) - 1 - within
+    elsewhere = int(np.sum(values[1:] == values[:-1])) - within
     # A coarse or resting channel repeats all the time; only one that never does can be said to have frozen.
-    return list(runs) if others >= 2 * STUCK_SAMPLES and elsewhere <= 0.05 * others else []
+    return list(found) if others >= 2 * STUCK_SAMPLES and elsewhere <= 0.05 * others else []
 
 
 def stuck(name: str, channels: Mapping[str, Array], t: Array) -> Mask:
@@ -145,39 +153,47 @@ def _moves_within(name: str, channels: Mapping[str, Array], run: slice) -> bool:
             return True
     courses = ("position",) if name != "position" else () if speeds else ("setpoint",)
     return any(
-        _range(channels[course][run]) > 0.01 * _range(channels[course]) for course in courses if course in channels
+        _reach(extent(channels[course][run])) > 0.01 * _reach(extent(channels[course]))
+        for course in courses
+        if course in channels
     )
 
 
-def _range(values: Array) -> float:
-    count, least, greatest = extent(np.ascontiguousarray(values))
+Extent = tuple[int, float, float]
+"""How many values a channel has, the least and the greatest."""
+
+
+def _reach(one: Extent) -> float:
+    count, least, greatest = one
     return float(greatest - least) if count else 0.0
 
 
-def dead(values: Array, channel: str, moves: bool) -> bool:
-    """Whether a channel says one and the same throughout while the joint moves.
+def dead(name: str, extents: Mapping[str, Extent]) -> bool:
+    """Whether a channel says one and the same throughout while another one shows that the joint moves.
 
     Parameters
     ----------
-    values : (n,) array
-    channel : str
-    moves : bool
-        Whether another channel shows that the joint moves.
+    name : str
+    extents : mapping of str to (int, float, float)
+        Of each channel: number of values, least, greatest.
     """
-    if channel in _RESTS or not moves:
+    count, least, greatest = extents[name]
+    if name in _RESTS or count < STUCK_SAMPLES or least != greatest:
         return False
-    count, least, greatest = extent(values)
-    return bool(count >= STUCK_SAMPLES and least == greatest)
+    courses = ("position", "joint_velocity", "motor_velocity", "setpoint")
+    return any(_reach(extents[one]) > 1e-3 for one in courses if one != name and one in extents)
 
 
-def saturated(values: Array) -> int:
+def saturated(values: Array, within: Extent) -> int:
     """Count the samples that sit, three or more in a row, on the channel's own largest or smallest value.
 
     Parameters
     ----------
     values : (n,) array
+    within : (int, float, float)
+        Number of values, least, greatest.
     """
-    count, least, greatest = extent(values)
+    count, least, greatest = within
     if count < STUCK_SAMPLES or least == greatest:
         return 0
     sides = at_limit(values, least, greatest)
@@ -204,33 +220,33 @@ def judge(t: Array, channels: Mapping[str, Array], axis: Axis) -> tuple[dict[str
     valid: dict[str, Mask] = {}
     counts: dict[str, dict[str, float]] = {"time": time_summary(t)}
     clean: dict[str, Array] = {}
+    extents: dict[str, Extent] = {}
     for name, values in channels.items():
-        kept = np.empty(len(values))
-        missing, beyond = screen(np.ascontiguousarray(values), _LIMITS.get(name, 1e30), kept)
-        lone = spikes(kept)
-        kept[lone] = np.nan
-        counts[name] = {
-            "missing": float(missing),
-            "absurd": float(beyond),
-            "spike": float(lone.sum()),
-            "stuck": 0.0,
-            "dead": 0.0,
-            "saturated": float(saturated(kept)) if name in _DRIVES else 0.0,
-        }
-        valid[name] = ~np.isnan(kept)
-        clean[name] = kept
+        clean[name], counts[name] = _screened(np.ascontiguousarray(values), _LIMITS.get(name, 1e30))
+        extents[name] = extent(clean[name])
+        if name in _DRIVES:
+            counts[name]["saturated"] = float(saturated(clean[name], extents[name]))
+        valid[name] = ~np.isnan(clean[name])
     for name in channels:
         frozen = stuck(name, clean, t)
         if frozen.any():
             counts[name]["stuck"] = float(frozen.sum())
             valid[name] &= ~frozen
-        if dead(clean[name], name, name not in _RESTS and _moves(clean, besides=name)):
+        if dead(name, extents):
             counts[name]["dead"] = float(valid[name].sum())
             valid[name] = np.zeros(len(t), dtype=np.bool_)
+    for mask in valid.values():
+        mask.setflags(write=False)
     return valid, counts
 
 
-def _moves(channels: Mapping[str, Array], besides: str) -> bool:
-    """Whether any other channel of position or speed varies."""
-    courses = ("position", "joint_velocity", "motor_velocity", "setpoint")
-    return any(_range(channels[name]) > 1e-3 for name in courses if name != besides and name in channels)
+def _screened(values: Array, limit: float) -> tuple[Array, dict[str, float]]:
+    """A channel with NaN for what is absurd or a spike, the same array where nothing is; and how many those are."""
+    missing, beyond = screen(values, limit)
+    kept = np.where(np.abs(values) > limit, np.nan, values) if beyond else values
+    lone = spikes(kept)
+    spiked = int(lone.sum())
+    if spiked:
+        kept = np.where(lone, np.nan, kept)
+    counts = {"missing": missing, "absurd": beyond, "spike": spiked, "stuck": 0, "dead": 0, "saturated": 0}
+    return kept, {kind: float(count) for kind, count in counts.items()}

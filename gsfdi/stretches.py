@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gsfdi.passes import alone, sampled
 from gsfdi.types import Array, JointRecord, Mask
 
 LONE = 30.0
@@ -35,18 +36,17 @@ class Stretch(NamedTuple):
 
 def lone_samples(values: Array) -> Mask:
     """Where a single sample stands far off both of its neighbours, which agree with each other."""
-    alone = np.zeros(len(values), dtype=np.bool_)
+    found = np.zeros(len(values), dtype=np.bool_)
     if len(values) < 5:
-        return alone
+        return found
     with np.errstate(over="ignore", invalid="ignore"):
-        off = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
-        apart = np.abs(values[2:] - values[:-2])
+        off = np.abs(sampled(values[1:-1]) - 0.5 * (sampled(values[:-2]) + sampled(values[2:])))
         spread = 1.4826 * np.median(off)
         if spread == 0.0:  # a channel that mostly rests on one quantum
             moving = off[off > 0]
             spread = np.median(moving) if len(moving) > 8 else 1e-9 * float(np.ptp(values) + 1e-30)
-        alone[1:-1] = (off > LONE * spread) & (off > 5.0 * apart)
-    return alone
+    alone(values, LONE * spread, False, found)
+    return found
 
 
 def sampling_step(records: Sequence[JointRecord]) -> float:
@@ -69,29 +69,32 @@ def stretches(record: JointRecord, needs: Sequence[str], step: float, shortest: 
     shortest : int
         Stretches of fewer samples are passed over.
     """
-    read: dict[str, tuple[Array, Array, Mask]] = {}
-    start, end = -np.inf, np.inf
-    rising = np.diff(record.t, prepend=-np.inf) > 0
+    clocks: dict[bytes, tuple[Array, dict[str, Array]]] = {}
+    rising = np.ones(len(record.t), dtype=np.bool_)
+    rising[1:] = record.t[1:] > record.t[:-1]
     for name in needs:
-        values, t = record[name], record.t
+        values = record[name]
         kept = np.isfinite(values) & rising
-        if not kept.all():
-            t, values = t[kept], values[kept]
-        if len(t) < shortest:
+        lone = lone_samples(values if kept.all() else values[kept])
+        if lone.any():
+            kept[np.flatnonzero(kept)[lone]] = False
+        whole = kept.all()  # as a rule, and then nothing is copied
+        if kept.sum() < shortest:
             return
-        alone = lone_samples(values)
-        if alone.any():
-            t, values = t[~alone], values[~alone]
-        read[name] = (t, values, alone)
-        start, end = max(start, float(t[0])), min(end, float(t[-1]))
-    spans = []
-    for t in {id(t): t for t, _, _ in read.values()}.values():  # whole channels share one clock
-        longest = GAP * max(step, float(np.median(np.diff(t))))
-        at = np.flatnonzero(np.diff(t) > longest)
-        spans += [(float(t[i]), float(t[i + 1])) for i in at]
+        clock = clocks.setdefault(kept.tobytes(), (record.t if whole else record.t[kept], {}))
+        clock[1][name] = values if whole else values[kept]
+    start, end = max(float(t[0]) for t, _ in clocks.values()), min(float(t[-1]) for t, _ in clocks.values())
+    spans = [pause for t, _ in clocks.values() for pause in _pauses(t, step)]
     for low, high in _between(start, end, spans):
         if (high - low) / step + 1 >= shortest:
-            yield _even(record, read, low, high, step)
+            yield _even(list(clocks.values()), low, high, step)
+
+
+def _pauses(t: Array, step: float) -> list[tuple[float, float]]:
+    """Where a clock stands still for long."""
+    gaps = np.diff(t)
+    longest = GAP * max(step, float(np.median(sampled(gaps))))
+    return [(float(t[i]), float(t[i + 1])) for i in np.flatnonzero(gaps > longest)]
 
 
 def _between(start: float, end: float, pauses: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -107,20 +110,19 @@ def _between(start: float, end: float, pauses: list[tuple[float, float]]) -> lis
     return spans
 
 
-def _even(
-    record: JointRecord, read: Mapping[str, tuple[Array, Array, Mask]], low: float, high: float, step: float
-) -> Stretch:
+def _even(clocks: Sequence[tuple[Array, Mapping[str, Array]]], low: float, high: float, step: float) -> Stretch:
+    """Channels between two times on an even grid, each as it was read where its clock is that grid."""
     count = int(np.floor((high - low) / step + 1e-6)) + 1
     grid = low + step * np.arange(count)
     trusted = np.ones(count, dtype=np.bool_)
-    values = {}
-    for name, (t, known, _) in read.items():
-        inside = (t >= low - 0.5 * step) & (t <= high + 0.5 * step)
-        seen, known = t[inside], known[inside]
+    values: dict[str, Array] = {}
+    for t, channels in clocks:
+        inside = slice(*np.searchsorted(t, [low - 0.5 * step, high + 0.5 * step]))
+        seen = t[inside]
         if len(seen) == count and np.all(np.abs(seen - grid) < JITTER * step):
-            values[name] = known
+            values |= {name: known[inside] for name, known in channels.items()}
             continue
-        values[name] = np.interp(grid, seen, known)
+        values |= {name: np.interp(grid, seen, known[inside]) for name, known in channels.items()}
         after = np.clip(np.searchsorted(seen, grid), 1, max(len(seen) - 1, 1))
         width = seen[after] - seen[after - 1]
         trusted &= width < 1.9 * max(step, float(np.median(np.diff(seen))))

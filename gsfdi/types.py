@@ -1,12 +1,13 @@
 """Frozen records that pass between the stages.
 
-Nothing downstream edits what it was given: arrays are copied in and made read-only.
+Nothing downstream edits what it was given: arrays that somebody could still write to are copied in, the others are
+taken as they are, since a day of telemetry handed on ten times is ten days of copying.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -23,9 +24,32 @@ Component = Literal["motor", "friction", "gearbox", "link", "sensor", "controlle
 
 def frozen(values: npt.ArrayLike) -> Array:
     """Copy `values` into a read-only float64 array."""
-    array = np.array(values, dtype=np.float64)
+    return sealed(np.array(values, dtype=np.float64))
+
+
+def sealed(array: Array) -> Array:
+    """Make an array that nobody else holds read-only, in place."""
     array.setflags(write=False)
     return array
+
+
+def _kept(values: npt.ArrayLike, kind: type) -> npt.NDArray[Any]:
+    """The array itself if it is of this kind and nobody can write to it, else a read-only copy."""
+    if isinstance(values, np.ndarray) and values.dtype == kind and _unwritable(values):
+        return values
+    array: npt.NDArray[Any] = np.array(values, dtype=kind)
+    array.setflags(write=False)
+    return array
+
+
+def _unwritable(array: npt.NDArray[Any]) -> bool:
+    """Whether neither the array nor what it looks into can be written to."""
+    base: object = array
+    while isinstance(base, np.ndarray):
+        if base.flags.writeable:
+            return False
+        base = base.base
+    return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +98,10 @@ class JointRecord:
     quality: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Copy the arrays in and make them read-only."""
-        object.__setattr__(self, "t", frozen(self.t))
-        channels = {name: frozen(values) for name, values in self.channels.items()}
-        masks = {name: np.array(mask, dtype=np.bool_) for name, mask in self.valid.items()}
-        for mask in masks.values():
-            mask.setflags(write=False)
+        """Keep the arrays, copies of those that could be written to."""
+        object.__setattr__(self, "t", _kept(self.t, np.float64))
+        channels = {name: _kept(values, np.float64) for name, values in self.channels.items()}
+        masks = {name: _kept(mask, np.bool_) for name, mask in self.valid.items()}
         object.__setattr__(self, "channels", MappingProxyType(channels))
         object.__setattr__(self, "valid", MappingProxyType(masks))
 
@@ -97,7 +119,7 @@ class JointRecord:
         """`channel` with NaN wherever it may not be believed."""
         values = self.channels[channel]
         mask = self.valid.get(channel)
-        return values if mask is None else frozen(np.where(mask, values, np.nan))
+        return values if mask is None or mask.all() else sealed(np.where(mask, values, np.nan))
 
     @property
     def effort(self) -> str:
