@@ -12,7 +12,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from gsfdi.types import Array
+from gsfdi.types import Array, Mask
 
 START_UP = 1500
 """Steps for which the filter's start-up gains are kept; after them the gain is steady."""
@@ -20,6 +20,10 @@ START_UP = 1500
 
 THIN = 4
 """The joint information of all directions is summed over every so many samples: it is smooth, and dear."""
+
+
+LANES = 64
+"""Fault directions that are scored side by side."""
 
 
 JUMP = 50.0
@@ -37,6 +41,15 @@ class Filter(NamedTuple):
     gains: Array
     weight: Array
     settled: int
+
+
+def padded(values: Array, *shape: int) -> Array:
+    """An array in the first corner of a larger one of zeros."""
+    if values.shape == shape:
+        return np.ascontiguousarray(values)
+    whole = np.zeros(shape)
+    whole[tuple(slice(size) for size in values.shape)] = values
+    return whole
 
 
 @numba.njit(cache=True)
@@ -126,114 +139,179 @@ def innovations(
 
 
 @numba.njit(cache=True)
+def power(
+    A: Array,
+    B: Array,
+    C: Array,
+    L: Array,
+    W: Array,
+    gate: float,
+    y: tuple[Array, Array],
+    u: Array,
+    push: Array,
+    live: Mask,
+    x: Array,
+) -> tuple[float, int]:  # pragma: no cover
+    """Weighted squared innovations of a stretch, and over how many samples: what :func:`innovations` gives, summed.
+
+    Nearly all of a long batch is looked at no closer than this, so it is written out for four states and two outputs;
+    smaller models are padded with zeros. An innovation beyond `gate` ends the look with infinity.
+
+    Parameters
+    ----------
+    A, B, C, W : (4, 4), (4,), (2, 4) and (2, 2) arrays
+        Discrete model, and the weight of the innovations.
+    L : (steps, 4, 2) array
+        How an innovation enters the next state, ``Ad K``.
+    gate : float
+        Weighted square above which a sample may be a lone one.
+    y : two (n,) arrays
+        Outputs.
+    u : (n,) array
+        Effort.
+    push : (n, 4) or (1, 4) array
+        What else drives the state; one row if it is always the same.
+    live : (n,) bool array
+        Samples that count.
+    x : (4,) array
+        State to start from.
+    """
+    first, second = y
+    a, b, c, d = x[0], x[1], x[2], x[3]
+    last, still = len(L) - 1, len(push) - 1
+    total, count = 0.0, 0
+    for k in range(len(u)):
+        K, p = L[min(k, last)], push[min(k, still)]
+        e = first[k] - (C[0, 0] * a + C[0, 1] * b + (C[0, 2] * c + C[0, 3] * d))
+        f = second[k] - (C[1, 0] * a + C[1, 1] * b + (C[1, 2] * c + C[1, 3] * d))
+        size = e * (W[0, 0] * e + W[0, 1] * f) + f * (W[1, 0] * e + W[1, 1] * f)
+        if k > 20 and not size < gate:
+            return np.inf, count
+        if live[k]:
+            total += size
+            count += 1
+        na = A[0, 0] * a + A[0, 1] * b + (A[0, 2] * c + A[0, 3] * d) + (B[0] * u[k] + p[0])
+        nb = A[1, 0] * a + A[1, 1] * b + (A[1, 2] * c + A[1, 3] * d) + (B[1] * u[k] + p[1])
+        nc = A[2, 0] * a + A[2, 1] * b + (A[2, 2] * c + A[2, 3] * d) + (B[2] * u[k] + p[2])
+        nd = A[3, 0] * a + A[3, 1] * b + (A[3, 2] * c + A[3, 3] * d) + (B[3] * u[k] + p[3])
+        a = na + (K[0, 0] * e + K[0, 1] * f)
+        b = nb + (K[1, 0] * e + K[1, 1] * f)
+        c = nc + (K[2, 0] * e + K[2, 1] * f)
+        d = nd + (K[3, 0] * e + K[3, 1] * f)
+    return total, count
+
+
+@numba.njit(cache=True, fastmath={"contract"})
 def scores(
-    Ad: Array,
+    A: Array,
     C: Array,
     gains: Array,
-    weight: Array,
+    W: Array,
     e: Array,
     used: Array,
-    trusted: Array,
-    bins: Array,
+    live: Array,
+    bins: npt.NDArray[np.int64],
     count: int,
     exact: Array,
     exact_u: Array,
     states: Array,
     u: Array,
-    early: Array,
-    late: Array,
-    sensed: Array,
+    lanes: Array,
     size: Array,
-    mate: npt.NDArray[np.int64],
-) -> tuple[Array, Array, Array, Array, Array]:  # pragma: no cover
-    """Score and information of each fault direction, per bin of time.
+    pairs: npt.NDArray[np.int64],
+) -> tuple[Array, Array, Array, Array]:  # pragma: no cover
+    """Score and information of up to `LANES` fault directions, per bin of time.
+
+    Directions lie side by side in one array whose rows are `LANES` long, a number that the compiler knows: only so
+    can it tell that the rows do not overlap, and work on several directions at once.
 
     Parameters
     ----------
-    Ad, C, gains, weight, u : arrays
-        As for :func:`innovations`: discrete model, observer gains, inverse covariance of the innovations, effort.
-    e, used, states : arrays
-        From :func:`innovations`.
-    trusted : (n,) array
+    A, C, gains, W : (4, 4), (2, 4), (steps, 4, 2) and (2, 2) arrays
+        Discrete model, observer gains, inverse covariance of the innovations; padded.
+    e, used, states, u : (n, 2), (n,), (n, 4) and (n,) arrays
+        Innovations, whether each was used, states and effort.
+    live : (n,) array
         Weight of each sample, 0 or 1.
     bins : (n,) int array
         Bin of each sample, below `count`.
-    exact, exact_u : (q, nx, nx), (q, nx) arrays
+    exact, exact_u : (q, 4, 4), (q, 4) arrays
         First q directions: the change of the discrete model per unit of fault.
-    early, late : (m, nx) arrays
-        How the amplitude at this sample and at the next enters the state, for each direction.
-    sensed : (m, p) array
-        How the amplitude shows directly in the measurements.
-    size : (n, m) array
+    lanes : (10 * LANES,) array
+        How the amplitude at this sample and at the next enters the four states, and shows in the two measurements.
+    size : (n, LANES) array
         Amplitude of each direction.
-    mate : (m,) int array
-        Direction that is judged together with this one; -1 where there is none.
+    pairs : (k, 2) int array
+        Directions that are judged together.
 
     Returns
     -------
-    g, h, x : (count, m) arrays
-        Scores, information, and information shared with the mate.
-    H : (m, m) array
-        Joint information of all directions.
-    energy : (count, 2) array
-        Weighted squared innovations and number of samples.
+    g, h : (count, LANES) arrays
+        Scores and information.
+    x : (count, k) array
+        Information that a pair shares.
+    shown : (n // THIN, 2, LANES) array
+        What the directions show in the innovations, of every so manieth sample; zero where it is not live.
     """
-    n, nx, p, m, q = len(u), Ad.shape[0], C.shape[0], size.shape[1], exact.shape[0]
-    g, h, H, energy = np.zeros((count, m)), np.zeros((count, m)), np.zeros((m, m)), np.zeros((count, 2))
-    x = np.zeros((count, m))
-    # Directions lie along the last axis throughout, so that the inner loops run over memory in order.
-    z, new = np.zeros((nx, m)), np.zeros((nx, m))
-    s, ws = np.zeros((p, m)), np.zeros((p, m))
-    early, late = np.ascontiguousarray(early.T), np.ascontiguousarray(late.T)
-    sensed = np.ascontiguousarray(sensed.T)
-    last = gains.shape[0] - 1
-    for k in range(n):
-        K, b, after = gains[min(k, last)], bins[k], min(k + 1, n - 1)
-        live = trusted[k] * used[k] > 0
-        for i in range(p):
-            for j in range(m):
-                s[i, j] = sensed[i, j] * size[k, j]
-            for a in range(nx):
-                for j in range(m):
-                    s[i, j] += C[i, a] * z[a, j]
-        if live:
-            for i in range(p):
-                ws[i] = 0.0
-                for o in range(p):
-                    for j in range(m):
-                        ws[i, j] += weight[i, o] * s[o, j]
-                for j in range(m):
-                    g[b, j] += ws[i, j] * e[k, i]
-                    h[b, j] += ws[i, j] * s[i, j]
-                    if mate[j] >= 0:
-                        x[b, j] += ws[i, j] * s[i, mate[j]]
-            if k % THIN == 0:
-                for i in range(p):
-                    for j in range(m):
-                        share = THIN * ws[i, j]
-                        for o in range(j + 1):
-                            H[j, o] += share * s[i, o]
-            for i in range(p):
-                for o in range(p):
-                    energy[b, 0] += e[k, i] * weight[i, o] * e[k, o]
-            energy[b, 1] += 1.0
-        if used[k] > 0:
-            for a in range(nx):
-                for i in range(p):
-                    for j in range(m):
-                        z[a, j] -= K[a, i] * s[i, j]
-        for a in range(nx):
-            for j in range(m):
-                new[a, j] = early[a, j] * size[k, j] + late[a, j] * size[after, j]
-            for c in range(nx):
-                for j in range(m):
-                    new[a, j] += Ad[a, c] * z[c, j]
-            for j in range(q):
-                new[a, j] += exact_u[j, a] * u[k]
-                for c in range(nx):
-                    new[a, j] += exact[j, a, c] * states[k, c]
-        z, new = new, z
-    for j in range(m):
-        for o in range(j):
-            H[o, j] = H[j, o]
-    return g, h, x, H, energy
+    n, q, k = len(u), len(exact), len(pairs)
+    g, h, x = np.zeros((count, LANES)), np.zeros((count, LANES)), np.zeros((count, k))
+    shown = np.zeros((n // THIN, 2, LANES))
+    w = np.zeros(20 * LANES)
+    w[: 10 * LANES] = lanes
+    # Rows: 0-3 early, 4-7 late, 8-9 sensed; 10-13 the state, 14-15 what shows, 16-17 amplitudes, 18-19 sums.
+    w[17 * LANES : 18 * LANES] = size[0]
+    last, none = len(gains) - 1, np.zeros((4, 2))
+    for i in range(n):
+        K = gains[min(i, last)] if used[i] > 0 else none
+        on = live[i] * used[i]
+        first, second = on * e[i, 0], on * e[i, 1]
+        after = size[min(i + 1, n - 1)]
+        for j in range(LANES):
+            w[16 * LANES + j] = w[17 * LANES + j]
+            w[17 * LANES + j] = after[j]
+        for j in range(LANES):
+            a, b, c, d = w[10 * LANES + j], w[11 * LANES + j], w[12 * LANES + j], w[13 * LANES + j]
+            now, then = w[16 * LANES + j], w[17 * LANES + j]
+            s = w[8 * LANES + j] * now + C[0, 0] * a + C[0, 1] * b + C[0, 2] * c + C[0, 3] * d
+            r = w[9 * LANES + j] * now + C[1, 0] * a + C[1, 1] * b + C[1, 2] * c + C[1, 3] * d
+            ws, wr = W[0, 0] * s + W[0, 1] * r, W[1, 0] * s + W[1, 1] * r
+            w[14 * LANES + j], w[15 * LANES + j] = s, r
+            w[18 * LANES + j] += ws * first + wr * second
+            w[19 * LANES + j] += on * (ws * s + wr * r)
+            a -= K[0, 0] * s + K[0, 1] * r
+            b -= K[1, 0] * s + K[1, 1] * r
+            c -= K[2, 0] * s + K[2, 1] * r
+            d -= K[3, 0] * s + K[3, 1] * r
+            w[10 * LANES + j] = (
+                w[j] * now + w[4 * LANES + j] * then + A[0, 0] * a + A[0, 1] * b + A[0, 2] * c + A[0, 3] * d
+            )
+            w[11 * LANES + j] = (
+                w[LANES + j] * now + w[5 * LANES + j] * then + A[1, 0] * a + A[1, 1] * b + A[1, 2] * c + A[1, 3] * d
+            )
+            w[12 * LANES + j] = (
+                w[2 * LANES + j] * now + w[6 * LANES + j] * then + A[2, 0] * a + A[2, 1] * b + A[2, 2] * c + A[2, 3] * d
+            )
+            w[13 * LANES + j] = (
+                w[3 * LANES + j] * now + w[7 * LANES + j] * then + A[3, 0] * a + A[3, 1] * b + A[3, 2] * c + A[3, 3] * d
+            )
+        for j in range(q):
+            for a_ in range(4):
+                more = exact_u[j, a_] * u[i]
+                for c_ in range(4):
+                    more += exact[j, a_, c_] * states[i, c_]
+                w[(10 + a_) * LANES + j] += more
+        b_ = bins[i]
+        if on > 0:
+            for o in range(k):
+                j, m = pairs[o, 0], pairs[o, 1]
+                s, r = w[14 * LANES + j], w[15 * LANES + j]
+                t, v = w[14 * LANES + m], w[15 * LANES + m]
+                x[b_, o] += s * (W[0, 0] * t + W[0, 1] * v) + r * (W[1, 0] * t + W[1, 1] * v)
+            if i % THIN == 0 and i // THIN < len(shown):
+                shown[i // THIN, 0] = w[14 * LANES : 15 * LANES]
+                shown[i // THIN, 1] = w[15 * LANES : 16 * LANES]
+        if i == n - 1 or bins[i + 1] != b_:
+            g[b_] += w[18 * LANES : 19 * LANES]
+            h[b_] += w[19 * LANES :]
+            w[18 * LANES :] = 0.0
+    return g, h, x, shown

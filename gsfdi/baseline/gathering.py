@@ -7,8 +7,7 @@ import numpy as np
 
 from gsfdi.detectors import Detector, Tally
 from gsfdi.healthy import BY_KEY, EXTRA, cut
-from gsfdi.nominal import Nominal, filtered, observer, watch
-from gsfdi.observer import Filter
+from gsfdi.nominal import Nominal, loudness, observer, screen, watch
 from gsfdi.registry import shelf
 from gsfdi.stretches import Stretch
 from gsfdi.types import Array, JointRecord
@@ -17,6 +16,8 @@ SLAB = 60.0
 """Long stretches are taken in slabs of this length [s]."""
 WHOLE = 900.0
 """Seconds of a batch that are always scored in full."""
+SHARE = 0.05
+"""Share of a longer batch that is scored in full however usual it is."""
 UNUSUAL = 1.5
 """Times the usual power of the innovations at which a slab is scored whatever the length of the batch."""
 
@@ -47,6 +48,7 @@ def gather(
         scored in part only: every twentieth slab, and each whose innovations are not as usual.
     """
     run = observer(nominal)
+    quick = screen(run)
     tallies: dict[str, Tally] = {
         name: one.tally(nominal, {**one.settings, **((settings or {}).get(name) or {})})
         for name, one in detectors().items()
@@ -55,7 +57,8 @@ def gather(
     for slab in slabs_of(pieces, nominal):
         length = slab.step * len(slab.trusted)
         seconds += length
-        if usual is not None and scored > WHOLE + 0.05 * seconds and _as_usual(nominal, run, slab, usual):
+        beyond = scored > WHOLE + SHARE * seconds
+        if usual is not None and beyond and loudness(nominal, quick, slab, BY_KEY) < UNUSUAL * usual:
             continue
         scored += length
         seen = watch(nominal, run, slab, BY_KEY)
@@ -82,10 +85,3 @@ def slabs(part: Stretch) -> Iterator[Stretch]:
     for low, high in pairwise(edges):
         values = {name: some[low:high] for name, some in part.values.items()}
         yield Stretch(part.start + low * part.step, part.step, values, part.trusted[low:high])
-
-
-def _as_usual(nominal: Nominal, run: Filter, slab: Stretch, usual: float) -> bool:
-    """Whether a slab's innovations are no larger than those of a fault-free joint."""
-    seen = filtered(nominal, run, slab, BY_KEY)
-    e = seen.e[seen.live * seen.used > 0]
-    return len(e) > 0 and float(np.einsum("ki,ij,kj->", e, run.weight, e)) < UNUSUAL * usual * len(e)

@@ -10,7 +10,7 @@ from gsfdi.baseline.kept import Baseline, JointBaseline
 from gsfdi.errors import GsfdiError
 from gsfdi.healthy import learn_nominal
 from gsfdi.model import JointModel
-from gsfdi.types import Array, JointRecord, Problem
+from gsfdi.types import Array, JointRecord, Problem, sealed
 
 PIECE = 5.0
 """A recording is cut into pieces of no less than this where there are few, to see how the joint varies [s]."""
@@ -88,7 +88,7 @@ def part_of(record: JointRecord, low: int, high: int) -> JointRecord:
     t = record.t[low:high]
     start = float(t[0]) if len(t) else 0.0
     return JointRecord(
-        record.robot, record.joint, record.t0_ns + round(start * 1e9), t - start,
+        record.robot, record.joint, record.t0_ns + round(start * 1e9), sealed(t - start),
         {name: values[low:high] for name, values in record.channels.items()}, record.axis,
         {name: mask[low:high] for name, mask in record.valid.items()}, record.source, record.sha256, record.quality,
     )  # fmt: skip

@@ -5,8 +5,20 @@ each direction of the fault library.
 """
 
 from gsfdi.nominal.description import Nominal
+from gsfdi.nominal.loudness import loudness, screen
 from gsfdi.nominal.observing import filtered, observer, output_matrix
 from gsfdi.nominal.scoring import entries, score
 from gsfdi.nominal.watching import Watched, watch
 
-__all__ = ["Nominal", "Watched", "entries", "filtered", "observer", "output_matrix", "score", "watch"]
+__all__ = [
+    "Nominal",
+    "Watched",
+    "entries",
+    "filtered",
+    "loudness",
+    "observer",
+    "output_matrix",
+    "score",
+    "screen",
+    "watch",
+]

@@ -70,9 +70,9 @@ class Filtered(NamedTuple):
 
 def filtered(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mapping[str, Direction]) -> Filtered:
     """Run the observer over a stretch, and no more."""
-    rough = _roughly(nominal, stretch)
-    u = _acting(nominal, stretch)
-    torque, stuck = _learnt(nominal, directions, rough)
+    rough = roughly(nominal, stretch)
+    u = acting(nominal, stretch)
+    torque, stuck = learnt(nominal, directions, rough)
     y = np.column_stack([stretch.values[name] for name in ("position", nominal.velocity) if name])
     x = np.zeros(len(run.Ad))
     x[0], x[1] = y[0, 0], float(np.median(rough.speed[:5]))
@@ -82,13 +82,15 @@ def filtered(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mappin
     return Filtered(y, u, torque, ~stuck, e, states, used, live, rough)
 
 
-def _acting(nominal: Nominal, stretch: Stretch) -> Array:
+def acting(nominal: Nominal, stretch: Stretch) -> Array:
     """The effort that acts over each step, when what is logged was held a little longer or shorter."""
     u = stretch.values[nominal.effort]
+    if nominal.held == 0.0:
+        return u
     return (1.0 - nominal.held) * u + nominal.held * np.concatenate([u[:1], u[:-1]])
 
 
-def _learnt(nominal: Nominal, directions: Mapping[str, Direction], moving: Moving) -> tuple[Array, Mask]:
+def learnt(nominal: Nominal, directions: Mapping[str, Direction], moving: Moving) -> tuple[Array, Mask]:
     """Torques of the learnt terms (motor, output, spring), and where the joint may be sticking."""
     torque = np.zeros((len(moving.t), 3))
     for key, value in nominal.terms.items():
@@ -105,15 +107,19 @@ def _learnt(nominal: Nominal, directions: Mapping[str, Direction], moving: Movin
     return torque, stuck
 
 
-def _roughly(nominal: Nominal, stretch: Stretch) -> Moving:
+def speed_of(nominal: Nominal, stretch: Stretch, part: slice = slice(None)) -> Array:
+    """Speed of the joint as measured, or else from the smoothed position."""
+    if nominal.velocity:
+        turns = nominal.plant.gear_ratio if nominal.velocity == "motor_velocity" else 1.0
+        return np.asarray(stretch.values[nominal.velocity][part] / turns)
+    return np.gradient(uniform_filter1d(stretch.values["position"][part], 5, mode="nearest"), stretch.step)
+
+
+def roughly(nominal: Nominal, stretch: Stretch) -> Moving:
     """Motion from the measurements alone, good enough to evaluate the learnt terms on."""
     q, t = stretch.values["position"], stretch.t
-    turns = nominal.plant.gear_ratio if nominal.velocity == "motor_velocity" else 1.0
-    if nominal.velocity:
-        v = stretch.values[nominal.velocity] / turns
-    else:
-        v = np.gradient(uniform_filter1d(q, 5, mode="nearest"), stretch.step)
-    drive = nominal.plant.gear_ratio * nominal.plant.torque_constant * _acting(nominal, stretch)
+    v = speed_of(nominal, stretch)
+    drive = nominal.plant.gear_ratio * nominal.plant.torque_constant * acting(nominal, stretch)
     a = np.gradient(v, stretch.step)
     zero = np.zeros_like(q)
     warmth = stretch.values.get("temperature", zero + 20.0)

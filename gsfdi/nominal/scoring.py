@@ -11,7 +11,7 @@ from gsfdi.joint import hold_direction, matrices, relative_directions
 from gsfdi.nominal.description import Nominal
 from gsfdi.nominal.observing import TORQUES
 from gsfdi.nominal.watching import Watched
-from gsfdi.observer import Filter, scores
+from gsfdi.observer import LANES, THIN, Filter, padded, scores
 from gsfdi.types import Array
 
 
@@ -64,16 +64,28 @@ def score(
     count: int,
 ) -> Scored:
     """Score every direction on a watched stretch, in bins of time."""
-    size = np.zeros((len(watched.u), len(directions)))
-    for j, one in enumerate(directions):
+    n, m, q = len(watched.u), len(directions), len(entry.exact)
+    size = np.zeros((LANES, n))
+    for row, one in zip(size, directions, strict=False):
         if one.shape is not None:
-            size[:, j] = one.shape(watched.moving)
+            row[:] = one.shape(watched.moving)
     e = np.where(np.isfinite(watched.e), watched.e, 0.0)
-    mate = np.full(len(directions), -1, dtype=np.int64)
-    for _, members in grouped(directions):
-        if len(members) == 2:
-            mate[members] = members[::-1]
-    return Scored(
-        *scores(run.Ad, run.C, run.gains, run.weight, e, watched.used, watched.live, bins, count, *entry[:2],
-                watched.states, watched.u, *entry[2:], size, mate)
+    lanes = np.concatenate([padded(entry.early.T, 4, LANES), padded(entry.late.T, 4, LANES),
+                            padded(entry.sensed.T, 2, LANES)])  # fmt: skip
+    pairs = np.array([members for _, members in grouped(directions) if len(members) == 2], dtype=np.int64)
+    g, h, shared, shown = scores(
+        padded(run.Ad, 4, 4), padded(run.C, 2, 4), padded(run.gains, len(run.gains), 4, 2), padded(run.weight, 2, 2),
+        padded(e, n, 2), watched.used, watched.live, bins, count, padded(entry.exact, q, 4, 4),
+        padded(entry.exact_u, q, 4), padded(watched.states, n, 4), watched.u, lanes.ravel(),
+        np.ascontiguousarray(size.T), pairs.reshape(-1, 2),
     )  # fmt: skip
+    x = np.zeros((count, m))
+    for column, pair in zip(shared.T, pairs, strict=True):
+        x[:, pair] = column[:, None]
+    some = shown[:, : len(run.C), :m]
+    H = THIN * np.tensordot(run.weight @ some, some, axes=([0, 1], [0, 1]))
+    energy = np.zeros((count, 2))
+    on = watched.live * watched.used
+    energy[:, 0] = np.bincount(bins, on * np.einsum("ki,ki->k", e @ run.weight, e), minlength=count)
+    energy[:, 1] = np.bincount(bins, on, minlength=count)
+    return Scored(g[:, :m], h[:, :m], x, H, energy)

@@ -21,8 +21,8 @@ PIECE = 400_000
 """Values of all channels that are read at a time."""
 RECENT = 20_000
 """Samples at least that reconcile is given of a long batch."""
-SAMPLES = 12_000
-"""Samples that go to the detectors at a time, two minutes at 100 Hz: they work with a kilobyte and more for each."""
+SAMPLES = 60_000
+"""Samples that go to the detectors at a time, ten minutes at 100 Hz."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,47 @@
+"""A quick look at a stretch: how loud its innovations are, which is all that most of a long batch is asked."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from gsfdi.directions import Direction
+from gsfdi.nominal.description import Nominal
+from gsfdi.nominal.observing import GATE, acting, learnt, roughly, speed_of
+from gsfdi.observer import Filter, padded, power
+from gsfdi.stretches import Stretch
+from gsfdi.types import Array
+
+
+class Screen(NamedTuple):
+    """The observer laid out for a quick look: model and gains, padded to four states and two outputs."""
+
+    run: Filter
+    A: Array
+    B: Array
+    C: Array
+    L: Array
+    W: Array
+
+
+def screen(run: Filter) -> Screen:
+    """Lay an observer out for `loudness`."""
+    L = padded(run.Ad @ run.gains, len(run.gains), 4, 2)
+    return Screen(run, padded(run.Ad, 4, 4), padded(run.Bu, 4), padded(run.C, 2, 4), L, padded(run.weight, 2, 2))
+
+
+def loudness(nominal: Nominal, screen: Screen, stretch: Stretch, directions: Mapping[str, Direction]) -> float:
+    """Mean weighted square of a stretch's innovations; infinite where a sample stands out, NaN where none counts."""
+    u = acting(nominal, stretch)
+    first = stretch.values["position"]
+    second = stretch.values[nominal.velocity] if nominal.velocity else np.zeros_like(first)
+    push, live, x = np.zeros((1, 4)), stretch.trusted.copy(), np.zeros(4)
+    if any(nominal.terms.values()):
+        torque, stuck = learnt(nominal, directions, roughly(nominal, stretch))
+        later = np.concatenate([torque[1:], torque[-1:]])
+        push = padded(torque @ screen.run.Bt0.T + later @ screen.run.Bt1.T, len(u), 4)
+        live &= ~stuck
+    live[: min(screen.run.settled, len(u) // 4)] = False
+    x[0], x[1] = first[0], float(np.median(speed_of(nominal, stretch, slice(8))[:5]))
+    total, count = power(*screen[1:], GATE, (first, second), u, push, live, x)
+    return total / count if count else np.nan
