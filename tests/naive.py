@@ -3,6 +3,10 @@
 import numpy as np
 import numpy.typing as npt
 
+from gsfdi.nominal import Watched
+from gsfdi.nominal.scoring import Entries
+from gsfdi.observer import Filter
+
 Array = npt.NDArray[np.float64]
 
 
@@ -32,3 +36,26 @@ def parity_residual(A: Array, B: Array, C: Array, V: Array, y: Array, u: Array, 
             power = np.linalg.matrix_power(A, i - j - 1)
             T[i * len(C) : (i + 1) * len(C), j * B.shape[1] : (j + 1) * B.shape[1]] = C @ power @ B
     return V @ (Y - T @ U)
+
+
+def scored(run: Filter, entry: Entries, seen: Watched, size: Array) -> tuple[Array, Array, Array]:
+    """Scores, information and joint information of all directions, one sample and one direction after another."""
+    n, m = size.shape
+    shown = np.zeros((n, m, len(run.C)))
+    for j in range(m):
+        z = np.zeros(len(run.Ad))
+        for k in range(n):
+            shown[k, j] = entry.sensed[j] * size[k, j] + run.C @ z
+            if seen.used[k]:
+                z = z - run.gains[min(k, len(run.gains) - 1)] @ shown[k, j]
+            z = run.Ad @ z + entry.early[j] * size[k, j] + entry.late[j] * size[min(k + 1, n - 1), j]
+            if j < len(entry.exact):
+                z = z + entry.exact[j] @ seen.states[k] + entry.exact_u[j] * seen.u[k]
+    on = (seen.live * seen.used)[:, None, None]
+    g = np.einsum("kji,il,kl->j", on * shown, run.weight, np.nan_to_num(seen.e))
+    thin = 4 * (on * shown)[::4]
+    return (
+        g,
+        np.einsum("kji,il,kjl->j", on * shown, run.weight, shown),
+        np.einsum("kji,il,kol->jo", thin, run.weight, shown[::4]),
+    )

@@ -6,7 +6,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from gsfdi import canonical, seal
+from gsfdi import canonical, ingest, seal
 from gsfdi.errors import UnusableInputError
 from gsfdi.types import JointRecord
 
@@ -64,3 +64,17 @@ def test_a_foreign_file_is_opened_without_a_seal(tmp_path: Path) -> None:
     seen = seal.digests(tmp_path / "b.parquet")
     assert seen == (hashlib.sha256((tmp_path / "b.parquet").read_bytes()).hexdigest(), None)
     assert canonical.open_verified(tmp_path / "b.parquet", seen.whole).metadata.num_rows == 1
+
+
+def test_the_joint_of_a_sealed_group_is_taken_from_its_statistics_and_else_from_its_rows(tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    canonical.write_parquet(path, [record("J1"), record("J2")])  # a group of two joints
+    assert [one.joint for one in ingest.read([path]).records] == ["J1", "J2"]
+    canonical.write_parquet(path, [record("J1")])
+    (sealed,) = ingest.read([path]).records
+    table = pq.read_table(path).replace_schema_metadata(None)
+    pq.write_table(table, tmp_path / "b.parquet")
+    (foreign,) = ingest.read([tmp_path / "b.parquet"]).records
+    assert sealed.joint == foreign.joint == "J1"
+    for name, values in foreign.channels.items():
+        assert np.array_equal(values, sealed.channels[name], equal_nan=True)

@@ -1,0 +1,72 @@
+"""The compiled observer against plain transcriptions."""
+
+from dataclasses import replace
+
+import naive
+import numpy as np
+import pytest
+from joints import learnt, record
+
+from gsfdi.baseline.gathering import slabs_of
+from gsfdi.directions import DIRECTIONS, library
+from gsfdi.healthy import BY_KEY
+from gsfdi.model import Plant
+from gsfdi.nominal import Nominal, entries, filtered, loudness, observer, score, screen, watch
+from gsfdi.observer import LANES
+
+FRICTION = {"coulomb_friction:motor": 3.0, "viscous_friction:motor": 20.0}
+NOMINALS = {
+    "flexible": learnt().nominal,
+    "with friction": replace(learnt().nominal, terms=FRICTION, held=0.3),
+    "without a speed": replace(learnt().nominal, velocity="", weight=()),
+    "rigid": replace(learnt().nominal, plant=Plant(474.7, 0.0, 260.6, damping=0.4, torque_constant=0.6), weight=()),
+}
+
+
+@pytest.fixture(params=NOMINALS)
+def nominal(request: pytest.FixtureRequest) -> Nominal:
+    return NOMINALS[request.param]
+
+
+def test_directions_are_scored_as_one_by_one(nominal: Nominal) -> None:
+    run = observer(nominal)
+    slab = next(slabs_of([record(duration=6.0)], nominal))
+    seen = watch(nominal, run, slab, BY_KEY)
+    seen = seen._replace(used=np.where(np.arange(len(seen.used)) % 97 == 50, 0.0, 1.0))
+    directions = library(nominal.flexible, bool(nominal.velocity), temperature=False)
+    entry = entries(nominal, run, directions)
+    size = np.column_stack(
+        [np.zeros(len(seen.u)) if one.shape is None else one.shape(seen.moving) for one in directions]
+    )
+    bins = np.arange(len(seen.u)) // 250
+    fast = score(run, entry, seen, directions, bins, int(bins[-1]) + 1)
+    g, h, H = naive.scored(run, entry, seen, size)
+    scale = np.sqrt(h) + 1e-300
+    assert fast.g.sum(axis=0) / scale == pytest.approx(g / scale, abs=1e-6)
+    assert fast.h.sum(axis=0) == pytest.approx(h, rel=1e-6)
+    assert fast.H / np.outer(scale, scale) == pytest.approx(H / np.outer(scale, scale), abs=1e-6)
+    live = seen.live * seen.used
+    assert fast.energy[:, 1] == pytest.approx(np.bincount(bins, live))
+
+
+def test_every_direction_finds_a_lane() -> None:
+    assert len(DIRECTIONS) <= LANES
+
+
+def test_the_quick_look_is_as_loud_as_the_observer(nominal: Nominal) -> None:
+    run = observer(nominal)
+    slab = next(slabs_of([record(seed=5)], nominal))
+    seen = filtered(nominal, run, slab, BY_KEY)
+    e = seen.e[seen.live * seen.used > 0]
+    mean = np.einsum("ki,ij,kj->", e, run.weight, e) / len(e)
+    quick = loudness(nominal, screen(run), slab, BY_KEY)
+    # A joint that departs wildly is over the gate somewhere, and so is never passed over.
+    assert quick == (pytest.approx(mean, rel=1e-9) if seen.used.all() and np.isfinite(quick) else np.inf)
+
+
+def test_a_lone_value_makes_a_slab_infinitely_loud() -> None:
+    known = learnt().nominal
+    slab = next(slabs_of([record(seed=5)], known))
+    values = {**slab.values, "position": slab.values["position"].copy()}
+    values["position"][2000] += 1.0
+    assert loudness(known, screen(observer(known)), slab._replace(values=values), BY_KEY) == np.inf
