@@ -123,6 +123,52 @@ def test_the_age_of_a_speed_that_is_not_logged_is_read_off_the_law() -> None:
     assert found.derivative_delay == pytest.approx(0.01)
 
 
+QUIET = replace(NOMINAL, sensors=Sensors(position_noise=1e-6, motor_velocity_noise=1e-5, effort_noise=1e-3))
+
+
+def unseen(model: JointModel) -> JointRecord:
+    """Record `model` without any speed."""
+    record = recorded(model)
+    return replace(record, channels={k: v for k, v in record.channels.items() if not k.endswith("_velocity")})
+
+
+@pytest.mark.parametrize("name", ["proportional", "integral", "derivative"])
+def test_a_wrong_gain_is_found_although_no_speed_is_logged(name: str) -> None:
+    law = QUIET.controller
+    assert law is not None
+    other = replace(QUIET, controller=replace(law, **{name: 0.9 * getattr(law, name)}))
+    found = check_law([unseen(other)], QUIET)
+    assert found is not None
+    assert [finding.term for finding in found.findings] == [f"controller_{name}"]
+    assert found.findings[0].values["ratio"] == pytest.approx(0.9, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("term", "value"),
+    [("position_gain", {"ratio": 1.02}), ("timestamp_latency", {"delay_s": 0.002}), ("current_gain", {"ratio": 1.05})],
+)
+def test_a_faulty_sensor_is_found_although_no_speed_is_logged(term: str, value: dict[str, float]) -> None:
+    found = check_law([unseen(replace(QUIET, physics=(TermUse(term, value),)))], QUIET)
+    assert found is not None
+    assert [finding.term for finding in found.findings] == [term]
+    assert dict(found.findings[0].values) == pytest.approx(value, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        TermUse("gravity_unbalance", {"torque_nm": 3.0, "angle_rad": 0.3}),
+        TermUse("coulomb_friction", {"torque_nm": 0.4}),
+        TermUse("structural_mode", {"inertia_kg_m2": 0.3, "frequency_hz": 3.0, "damping_ratio": 0.02}),
+    ],
+    ids=lambda use: use.term,
+)
+def test_physics_is_no_wrong_law_where_no_speed_is_logged(use: TermUse) -> None:
+    found = check_law([unseen(replace(QUIET, physics=(use,)))], QUIET)
+    assert found is not None
+    assert found.findings == ()
+
+
 def test_a_part_that_holds_all_of_the_misfit_is_not_kept_for_judging() -> None:
     stand = bench([recorded(NOMINAL)], NOMINAL)
     when = stand.records[0].t / stand.scales.seconds

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from gsfdi.model import Controller, JointModel
-from gsfdi.reconcile.law import LawCheck, LawFinding, commanded, level_of, sheet_of
+from gsfdi.reconcile.law import LawCheck
+from gsfdi.reconcile.sheet import LawFinding, commanded, level_of, sheet_of
 from gsfdi.types import JointRecord
 
 EXACT = 1.3
@@ -40,7 +41,7 @@ def cleaned(records: Sequence[JointRecord], model: JointModel, law: LawCheck | N
 def _driven(record: JointRecord, model: JointModel, findings: Sequence[LawFinding]) -> JointRecord:
     """Give `record` with the effort that its law asks for, as a noiseless sensor would log it."""
     assert model.controller is not None
-    sheet = sheet_of(record, model, model.controller, 0.0)
+    sheet = sheet_of(record, model, model.controller)
     if sheet is None:
         return record
     asked = commanded(sheet, findings)
@@ -58,7 +59,7 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
     unit = Controller(1.0, 1.0, 1.0, rate)
     rows, efforts, blocks = [], [], []
     for record in records:
-        sheet = sheet_of(record, model, unit, 0.0)
+        sheet = sheet_of(record, model, unit)
         if sheet is None:
             return None
         fast = sheet.rate

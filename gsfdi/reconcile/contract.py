@@ -8,7 +8,8 @@ import numpy as np
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.bench import Bench, bench, effort_floor, grain_of
 from gsfdi.reconcile.clean import cleaned
-from gsfdi.reconcile.law import LawCheck, LawFinding, check_law
+from gsfdi.reconcile.law import LawCheck, check_law
+from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.types import JointRecord
 
 

@@ -17,11 +17,11 @@ from gsfdi.reconcile.contract import Settled, settle_contract
 from gsfdi.reconcile.evidence import evidence_of
 from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.judge import CLOSE, Name, names, torque_left, white_left
-from gsfdi.reconcile.law import LawFinding
 from gsfdi.reconcile.parameters import TOLERANCE, Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
+from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
 

@@ -1,0 +1,171 @@
+"""A controller's law laid out over a recording: what each of its parts asks for, sample by sample."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsfdi.drive import measured_velocity
+from gsfdi.model import Controller, JointModel
+from gsfdi.types import Array, JointRecord, Mask
+
+
+@dataclass(frozen=True, slots=True)
+class LawFinding:
+    """Something that the law lacks: a term id, its values, its onset, and how likely the next best is.
+
+    `share` is the part of the law's misfit that it explains; `spread` the standard deviation of its first value.
+    """
+
+    term: str
+    values: Mapping[str, float]
+    onset: float | None
+    gain: float
+    share: float
+    spread: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """One stretch laid out: effort and the parts of the law, sample by sample."""
+
+    t: Array
+    effort: Array
+    parts: Mapping[str, Array]
+    limited: Mask
+    growth: Array
+    rate: Array
+    braking: Array
+    """What the law takes off for the measured speed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """What a law is held against.
+
+    Parameters
+    ----------
+    records : sequence of JointRecord
+    model : JointModel
+    beyond : sequence of (n,) arrays, optional
+        By record, what the motor's speed has beyond the slope of the positions [rad/s], where no speed is logged.
+    """
+
+    records: Sequence[JointRecord]
+    model: JointModel
+    beyond: Sequence[Array] | None = None
+
+    def sheets(self, law: Controller, late: float = 0.0) -> list[Sheet]:
+        """Lay out every stretch that can be."""
+        beyond = self.beyond or [np.zeros(len(r.t)) for r in self.records]
+        found = (sheet_of(r, self.model, law, late, b) for r, b in zip(self.records, beyond, strict=True))
+        return [sheet for sheet in found if sheet is not None]
+
+
+def sheet_of(
+    record: JointRecord, model: JointModel, law: Controller, late: float = 0.0, beyond: Array | float = 0.0
+) -> Sheet | None:
+    """Lay out a stretch whose measurements are stamped `late` [s] too late."""
+    t = record.t
+    position, velocity = record["position"], measured_velocity(record, model)
+    if model.structure == "flexible":
+        velocity = velocity / model.plant.gear_ratio
+    if not np.isfinite(velocity).any():
+        velocity = np.gradient(position, t) + beyond
+    good = np.isfinite(position) & np.isfinite(velocity)
+    if good.sum() < 50:
+        return None
+    position = np.interp(t + late, t[good], position[good])
+    velocity = np.interp(t + late - law.derivative_delay, t[good], velocity[good])
+    rate = record["setpoint_rate"] if "setpoint_rate" in record else np.gradient(record["setpoint"], t)
+    ahead = np.nan_to_num(record[f"{record.effort}_feedforward"]) if f"{record.effort}_feedforward" in record else 0 * t
+    error = record["setpoint"] - position
+    growth = np.concatenate([[0.0], 0.5 * (error[1:] + error[:-1]) * np.diff(t)]) * law.integral
+    parts = {
+        "proportional": law.proportional * error,
+        "integral": np.nancumsum(growth),
+        "derivative": law.derivative * (law.rate_feedforward * rate - velocity),
+        "feedforward": ahead,
+    }
+    effort = record[record.effort]
+    keep = np.isfinite(effort) & good & np.isfinite(error) & np.isfinite(rate) & (t + late <= t[-1])
+    parts = {name: values[keep] for name, values in parts.items()}
+    limited = np.abs(effort[keep]) >= 0.999 * law.limit
+    braking = -law.derivative * velocity[keep]
+    return Sheet(t[keep], effort[keep], parts, limited, np.nan_to_num(growth[keep]), rate[keep], braking)
+
+
+def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
+    """Effort that the law asks for, less a constant, once the findings are taken into account."""
+    ratios = {
+        f.term.removeprefix("controller_"): f.values["ratio"] for f in findings if f.term.startswith("controller_")
+    }
+    parts = dict(sheet.parts)
+    limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), None)
+    if limit is not None:
+        parts["integral"] = _waiting(sheet, limit)
+    total = np.sum([ratios.get(name, 1.0) * part for name, part in parts.items()], axis=0)
+    for finding in findings:
+        if finding.term == "current_gain":
+            total = total * finding.values["ratio"]
+        elif finding.term == "current_bias":
+            total = total + finding.values["bias_a"] * (sheet.t >= (finding.onset or 0.0))
+        elif finding.term == "position_gain":  # the log's speed is the slope of its positions; the controller's is not
+            total = total + (1 / finding.values["ratio"] - 1) * sheet.braking
+    return np.asarray(total)
+
+
+def _waiting(sheet: Sheet, limit: float) -> Array:
+    """Integral part that waits while more than `limit` is asked for."""
+    asked = np.asarray(np.sum([part for name, part in sheet.parts.items() if name != "integral"], axis=0))
+    free = np.abs(sheet.effort) < 0.98 * limit
+    first = int(np.argmin(free)) if not free.all() else len(free)
+    if first < 20:  # where the integral began cannot be told: it waits wherever the effort is at the limit
+        return np.cumsum(np.where(np.abs(sheet.effort) < 0.99 * limit, sheet.growth, 0.0))
+    start = float(np.mean((sheet.effort - asked - np.cumsum(sheet.growth))[:first]))
+    found, integral = np.empty(len(asked)), start
+    for k, (rest, growth) in enumerate(zip(asked.tolist(), sheet.growth.tolist(), strict=True)):
+        if abs(rest + integral + growth) <= limit:
+            integral += growth
+        found[k] = integral
+    return found
+
+
+def misfits(sheets: Sequence[Sheet], findings: Sequence[LawFinding]) -> list[Array]:
+    """Recorded effort less the law's, the free constant of the integral taken out of every stretch."""
+    found = []
+    limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), np.inf)
+    for sheet in sheets:
+        off = sheet.effort - commanded(sheet, findings)
+        free = ~sheet.limited & (np.abs(sheet.effort) < 0.995 * limit)
+        off = np.where(free, off, 0.0)
+        found.append(np.where(free, off - _level(off, free), 0.0))
+    return found
+
+
+def level_of(sheet: Sheet, findings: Sequence[LawFinding]) -> float:
+    """Constant that the law's integral began with."""
+    limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), np.inf)
+    return _level(sheet.effort - commanded(sheet, findings), ~sheet.limited & (np.abs(sheet.effort) < 0.995 * limit))
+
+
+def _level(off: Array, free: Mask) -> float:
+    return float(np.mean(off[free])) if free.any() else 0.0
+
+
+def columns_of(sheets: Sequence[Sheet], findings: Sequence[LawFinding]) -> dict[str, list[Array]]:
+    """Columns of everything that scales a part of the law, or all of it, by term."""
+    columns = {
+        f"controller_{name}": [sheet.parts[name] for sheet in sheets]
+        for name in ("proportional", "integral", "derivative")
+    }
+    columns["current_gain"] = [commanded(sheet, findings) for sheet in sheets]
+    # positions on a wrong scale: the controller had the speed itself, the log has their slope
+    columns["position_gain"] = [sheet.braking for sheet in sheets]
+    return columns
+
+
+def scaled(term: str, slope: float, gain: float, share: float, spread: float) -> LawFinding:
+    """Give a column's coefficient as a finding."""
+    ratio = 1 / (1 + slope) if term == "position_gain" else 1 + slope
+    return LawFinding(term, {"ratio": ratio}, None, gain, share, spread)
