@@ -16,6 +16,7 @@ from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench, effort_floor, surprise, typical_window
 from gsfdi.reconcile.calibrate import bar, inflations
+from gsfdi.reconcile.doubted import estimated, moot_terms
 from gsfdi.reconcile.hand import Round, lay_out, plant_knobs, settle, start_knobs, started
 from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.reconcile.remainder import missing_torque
@@ -78,6 +79,8 @@ def compete(
     list of Contest
     """
     floor = effort_floor(stand)
+    shelf_terms = {name: term for name, term in shelf_terms.items() if name not in moot_terms(model)}
+    model = estimated(stand, model, floor)
     knobs = [*plant_knobs(model, stand.records[0].effort), *start_knobs(stand)]
     if level > 0:  # the effort is the law's own: no sensor of it can err in proportion
         shelf_terms = {name: term for name, term in shelf_terms.items() if name != "current_gain"}

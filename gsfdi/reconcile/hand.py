@@ -9,30 +9,27 @@ from gsfdi.fit import START, Fitted, Knob, Started, slopes
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench, process_noise
-from gsfdi.reconcile.turning import REACH, fit_knobs
+from gsfdi.reconcile.turning import DOUBT, believed, fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 from gsfdi.whiten import Whitener
 
-DOUBT = 0.03
-"""Standard deviation of a nominal parameter about the truth, as a share: 2 to 5 % off is normal."""
-
 
 def plant_knobs(model: JointModel, effort: str) -> list[Knob]:
-    """Knobs of the linear plant and of the terms that the nominal holds, each believed to within `DOUBT`."""
+    """Knobs of the linear plant and of the terms that the nominal holds, each believed as far as the model says."""
     plant = model.plant
     names = ["output_inertia"]
     if effort == "motor_current":
         names.append("torque_constant")
     if model.structure == "flexible":
         names += ["motor_inertia", "stiffness"]
-    knobs = [_believed(-1, name, getattr(plant, name)) for name in names]
+    knobs = [_believed(-1, name, getattr(plant, name), model.trust.get(name, DOUBT)) for name in names]
     terms = shelf("gsfdi.terms", PhysicsTerm)
     for place, use in enumerate(model.physics):
         size = terms[use.term].params[0]
         value = use.values.get(size.name, size.start)
         if size.linear and value != 0:
-            knobs.append(_believed(place, size.name, value))
+            knobs.append(_believed(place, size.name, value, DOUBT))
     return knobs
 
 
@@ -52,10 +49,9 @@ def started(model: JointModel, stretches: int) -> Started:
     return Started(**values, windups=(0.0,) * stretches)
 
 
-def _believed(place: int, name: str, value: float) -> Knob:
-    doubt = DOUBT * abs(value)
-    ends = ((1 - REACH) * value, (1 + REACH) * value)
-    return Knob(place, name, doubt, min(ends), max(ends), value, doubt)
+def _believed(place: int, name: str, value: float, share: float) -> Knob:
+    doubt = share * abs(value)
+    return Knob(place, name, doubt, *believed(value, doubt), value, doubt)
 
 
 def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
@@ -115,6 +111,9 @@ def plausible(stand: Bench, term: PhysicsTerm, name: str) -> tuple[float, float]
     low, high = s.centre - 1.05 * s.reach, s.centre + 1.05 * s.reach
     ranges: dict[tuple[str, str], tuple[float, float]] = {
         ("torque_constant_change", "ratio"): (0.3, 1.5),
+        ("current_gain", "ratio"): (0.3, 3.0),
+        ("velocity_gain", "ratio"): (0.3, 3.0),
+        ("position_gain", "ratio"): (0.3, 3.0),
         ("motor_inertia_change", "ratio"): (0.5, 2.0),
         ("output_inertia_change", "ratio"): (0.2, 5.0),
         ("stiffness_change", "ratio"): (0.2, 1.6),

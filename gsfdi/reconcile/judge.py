@@ -9,6 +9,7 @@ from gsfdi.fit import Fitted, covariance
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import KNOB_COST, Contest, is_sensor, missing, size_of, without
+from gsfdi.reconcile.doubted import freed
 from gsfdi.reconcile.hand import Round, lay_out, plausible, term_knobs, with_term
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, refined_onset, within
@@ -186,6 +187,7 @@ def names(
         )
         found.append(Name(use, float(weights[0]), 0.0, {}, others))
         place += 1
+    hand = freed(hand)
     return hand, _with_intervals(hand, given, found)
 
 
@@ -235,7 +237,8 @@ def _with_intervals(hand: Round, given: int, found: Sequence[Name]) -> list[Name
             if knob.place == given + i:
                 width = 1.96 * float(np.hypot(sd, SIMULATED * abs(value)))
                 ci[knob.name] = (float(max(value - width, knob.low)), float(min(value + width, knob.high)))
-        done.append(replace(name, ci=ci, share=max(gains[i], 0.0) / whole))
+        use = hand.fitted.model.physics[given + i]
+        done.append(replace(name, use=use, ci=ci, share=max(gains[i], 0.0) / whole))
     return done
 
 

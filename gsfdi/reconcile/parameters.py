@@ -8,6 +8,7 @@ import numpy as np
 from gsfdi.fit import Fitted, Knob, covariance, levenberg
 from gsfdi.model import JointModel
 from gsfdi.reconcile.hand import Round
+from gsfdi.reconcile.turning import DOUBT
 
 TERM_OF = {
     "torque_constant": "torque_constant_change",
@@ -15,18 +16,32 @@ TERM_OF = {
     "stiffness": "stiffness_change",
     "output_inertia": "output_inertia_change",
 }
-TOLERANCE = 0.055
-"""Share by which a nominal parameter may be off without that being news."""
+TOLERANCE = 0.055 / DOUBT
+"""How far a nominal parameter may be off without that being news, in standard deviations of the belief in it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """A parameter of the plant as the data have it, over its nominal value, with a 95 % interval."""
+    """A parameter of the plant as the data have it, over its nominal value, with a 95 % interval.
+
+    `tolerance` is the share by which it may be off without that being news.
+    """
 
     term: str
     ratio: float
     low: float
     high: float
+    tolerance: float
+
+    @property
+    def is_news(self) -> bool:
+        """Whether the data have it off by more than may be, as the value found."""
+        return abs(self.ratio - 1) > self.tolerance
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether neither end of what may be lies within the interval."""
+        return not any(self.low < 1 + way * self.tolerance < self.high for way in (-1, 1))
 
 
 def shifts(hand: Round) -> list[Shift]:
@@ -37,7 +52,8 @@ def shifts(hand: Round) -> list[Shift]:
     for knob, value, sd in zip(fitted.knobs, fitted.values, spread, strict=True):
         if knob.place == -1 and knob.prior:
             ratio, width = value / knob.prior, 1.96 * sd / abs(knob.prior)
-            found.append(Shift(TERM_OF[knob.name], float(ratio), float(ratio - width), float(ratio + width)))
+            tolerance = TOLERANCE * knob.doubt / abs(knob.prior)
+            found.append(Shift(TERM_OF[knob.name], float(ratio), float(ratio - width), float(ratio + width), tolerance))
     return found
 
 
@@ -51,7 +67,8 @@ def all_kept(hand: Round, nominal: Mapping[str, float]) -> float:
     nominal : mapping of str to float
         Nominal values by field of the plant.
     """
-    return _cost_beside(hand, levenberg(hand.misfit, _with(hand, nominal), [_pinned(k) for k in hand.fitted.knobs], 6))
+    knobs = [_pinned(k, nominal) for k in hand.fitted.knobs]
+    return _cost_beside(hand, levenberg(hand.misfit, _with(hand, nominal), knobs, 6))
 
 
 def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float, Shift]]:
@@ -67,12 +84,13 @@ def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float,
     found = []
     base = _with(hand, nominal)
     for name, value in nominal.items():
-        rest = [_pinned(k) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
+        rest = [_pinned(k, nominal) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
         alone = Knob(-1, name, 0.03 * value, 0.2 * value, 5.0 * value)
         fitted = levenberg(hand.misfit, base, [alone, *rest], 6)
         sd = float(np.sqrt(covariance(fitted, hand.stand.blocks())[0, 0])) / value
         ratio = float(fitted.values[0] / value)
-        found.append((_cost_beside(hand, fitted), Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd)))
+        shift = Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd, TOLERANCE * DOUBT)
+        found.append((_cost_beside(hand, fitted), shift))
     return sorted(found, key=lambda pair: pair[0])
 
 
@@ -87,8 +105,8 @@ def _cost_beside(hand: Round, fitted: Fitted) -> float:
     return 0.5 * float(fitted.residual @ fitted.residual - hand.fitted.residual @ hand.fitted.residual)
 
 
-def _pinned(knob: Knob) -> Knob:
-    """Give the knob held at its nominal value."""
-    if knob.place != -1 or knob.prior is None:
+def _pinned(knob: Knob, nominal: Mapping[str, float]) -> Knob:
+    """Give the knob held at its nominal value, if it has one to keep."""
+    if knob.place != -1 or knob.name not in nominal:
         return knob
     return replace(knob, doubt=1e-3 * knob.doubt)

@@ -17,7 +17,7 @@ from gsfdi.reconcile.contract import Settled, settle_contract
 from gsfdi.reconcile.evidence import evidence_of
 from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.judge import CLOSE, Name, names, torque_left, white_left
-from gsfdi.reconcile.parameters import TOLERANCE, Shift, all_kept, lone_changes, shifts
+from gsfdi.reconcile.parameters import Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
@@ -139,22 +139,18 @@ def _parameters(case: _Case) -> tuple[list[Shift], list[Shift]]:
     """Parameters to name because they alone account for the mismatch, and where all parameters ended."""
     moved = shifts(case.hand)
     if case.found:
-        return [
-            s
-            for s in moved
-            if abs(s.ratio - 1) > TOLERANCE
-            and not s.low < 1 - TOLERANCE < s.high
-            and not s.low < 1 + TOLERANCE < s.high
-        ], moved
+        return [s for s in moved if s.is_news and s.is_sure], moved
     plant = case.settled.model.plant
-    nominal = {k.name: float(getattr(plant, k.name)) for k in case.first.fitted.knobs if k.place == -1}
+    doubted = case.settled.model.trust  # what the model itself calls uncertain is free to move
+    names = {k.name for k in case.first.fitted.knobs if k.place == -1} - doubted.keys()
+    nominal = {name: float(getattr(plant, name)) for name in sorted(names)}
     if not nominal or all_kept(case.first, nominal) < LEAST:
         return [], moved
     alone = lone_changes(case.first, nominal)
     cost, shift = alone[0]
     if cost < SOLE and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > 0.003:
         return [shift], moved
-    return [s for s in moved if abs(s.ratio - 1) > TOLERANCE], moved
+    return [s for s in moved if s.is_news], moved
 
 
 SOLE = 12.0

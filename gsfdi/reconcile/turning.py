@@ -16,8 +16,17 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 
-REACH = 0.08
-"""Farthest that a nominal parameter may be off before that is a change with a name of its own, as a share."""
+DOUBT = 0.03
+"""Standard deviation of a nominal parameter about the truth, as a share, unless the model tells: 2 to 5 % is usual."""
+REACH = 0.08 / DOUBT
+"""Farthest that a nominal parameter may be off before that is a change with a name of its own, in those deviations."""
+
+
+def believed(value: float, doubt: float) -> tuple[float, float]:
+    """Ends between which a number of the model believed to within `doubt` is still that number."""
+    reach = REACH * doubt
+    ends = (value - np.sign(value) * min(reach, 0.9 * abs(value)), value + np.sign(value) * reach)
+    return min(ends), max(ends)
 
 
 def fit_knobs(
@@ -33,8 +42,8 @@ def _held(knob: Knob, model: JointModel) -> Knob:
     if knob.place != -1 or knob.prior is None:
         return knob
     changed = any(use.term == f"{knob.name}_change" and use.onset is None for use in model.physics)
-    reach = 0.0 if changed else REACH
-    return replace(knob, low=(1 - reach) * knob.prior, high=(1 + reach) * knob.prior)
+    low, high = (knob.prior, knob.prior) if changed else believed(knob.prior, knob.doubt)
+    return replace(knob, low=low, high=high)
 
 
 def balanced(misfit: Misfit, fitted: Fitted) -> Fitted:
