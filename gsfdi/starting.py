@@ -16,6 +16,7 @@ from gsfdi.types import Array
 SPAN = 0.3  # [s] from which the start is taken
 FEWEST, MOST = 8, 64  # samples of it
 UNKNOWN_NOISE = (1e-5, 1e-2)  # of position and speed, where the model says none: only their ratio counts
+WIDEST = 100.0  # [rad] of wind-up, beyond which no law passes the torque on
 
 
 class Signals(NamedTuple):
@@ -161,12 +162,16 @@ def resistance(model: JointModel, start: Start) -> float:
 
 
 def windup_at(model: JointModel, plant: Plant, torque: float) -> float:
-    """Wind-up at which the spring passes on `torque`, whatever terms shape it."""
+    """Wind-up at which the spring passes on `torque`, whatever terms shape it; the bare spring's if there is none."""
     shaping = [use for use in model.physics if term_of(use).place in ("windup", "spring") and not use.onset]
     if not shaping:
         return torque / plant.stiffness
     reach = abs(torque) / plant.stiffness + 0.1
     passes = spring_law(plant, shaping)
+    while not passes(-reach) < torque < passes(reach):  # the play of a worn gearbox may be wide
+        reach *= 2.0
+        if reach > WIDEST:
+            return torque / plant.stiffness
     return float(brentq(lambda windup: passes(windup) - torque, -reach, reach, xtol=1e-12))
 
 

@@ -50,6 +50,8 @@ def test_the_spring_is_wound_against_what_resists() -> None:
     assert initial_state(ERA, start)[2] == pytest.approx(13.0 / 130000.0)
     gap = replace(ERA, physics=(TermUse("backlash", {"half_width_rad": 1e-3}),))
     assert initial_state(gap, start)[2] == pytest.approx(1e-3 + 13.0 / 130000.0)
+    worn = replace(ERA, physics=(TermUse("backlash", {"half_width_rad": 0.3}),))
+    assert initial_state(worn, start)[2] == pytest.approx(0.3 + 13.0 / 130000.0)
     stiff = replace(ERA, physics=(TermUse("stiffening", {"cubic_per_rad2": 1e8}),))
     windup = initial_state(stiff, start)[2]
     assert 130000.0 * windup * (1 + 1e8 * windup**2) == pytest.approx(13.0)
