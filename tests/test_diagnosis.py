@@ -178,4 +178,5 @@ def test_evidence_is_what_the_page_draws() -> None:
 
 def test_unjudged_asks_for_the_telemetry_to_be_checked() -> None:
     assert unjudged("J1", "stale", "old").action == "check_telemetry"
+    assert unjudged("J1", "stale", "old").says == "J1: old"
     assert unjudged("J1", "not_assessed", "no baseline").action == "none"

@@ -19,11 +19,12 @@ LEAST_EXCITED = 0.1
 """Standard error of the torque constant's ratio beyond which the joint hardly moved."""
 
 
-def unjudged(joint: str, level: Level, says: str) -> Verdict:
+def unjudged(joint: str, level: Level, why: str) -> Verdict:
     """A verdict for what could not be assessed, with the reason."""
     action: Action = "check_telemetry" if level in ("invalid_data", "stale") else "none"
     methods = {family: {"alarm": None, "p_value": None} for family in ("signal", "parity", "smi")}
-    return Verdict(joint, level, action, None, None, None, (), None, methods, Due(None, None, says), says)
+    says = f"{joint}: {why}" if joint else why
+    return Verdict(joint, level, action, None, None, None, (), None, methods, Due(None, None, why), says)
 
 
 def refusal(

@@ -152,10 +152,8 @@ class Desk:
     def judged(self) -> Judged:
         """Wait for the verdict."""
         if self._verdict is None:
-            says = (
-                f"{self._first.joint}: no baseline was learnt for this joint; run gsfdi baseline on fault-free batches"
-            )
-            verdict = unjudged(self._first.joint, "not_assessed", says)
+            why = "no baseline was learnt for this joint; run gsfdi baseline on fault-free batches"
+            verdict = unjudged(self._first.joint, "not_assessed", why)
         else:
             verdict = self._verdict.result()
         return Judged(self._key, verdict, self._overview.record())
