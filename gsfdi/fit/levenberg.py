@@ -1,94 +1,20 @@
-"""Fits a joint's model to recordings by replaying it: knobs to turn, a noise model, and damped least squares.
-
-The misfit is the sequence of white innovations (see `gsfdi.whiten`) of the model run as an observer beside the
-recordings. It needs no controller, forgets its initial state, and under feedback it is what maximum likelihood asks
-for; a fit on positions alone would see nothing, for the controller hides there whatever the model lacks.
-"""
+"""Damped least squares on white innovations, with slopes from differences of replays."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from gsfdi.fit.knobs import Knob, turned
 from gsfdi.model import JointModel
-from gsfdi.types import Array
+from gsfdi.types import Array, Mask
 
 Ints = npt.NDArray[np.int64]
-
-
-START = -2
-
-
-@dataclass(frozen=True, slots=True)
-class Started(JointModel):
-    """A model with the wind-up that each stretch begins with, beyond what balances the first effort [rad].
-
-    No sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter.
-    """
-
-    windups: tuple[float, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Knob:
-    """One number of a model that a fit may turn.
-
-    Parameters
-    ----------
-    place : int
-        Index of the term in the model's physics; -1 for a number of the linear plant, -2 for the wind-up with which a
-        stretch of a :class:`Started` model begins.
-    name : str
-        Field of the plant, or parameter of the term.
-    scale : float
-        A change of this size matters: the unit in which the fit counts.
-    low, high : float
-        Bounds.
-    prior : float or None
-        What is believed before the data, with standard deviation `doubt`; None believes nothing.
-    """
-
-    place: int
-    name: str
-    scale: float
-    low: float = -np.inf
-    high: float = np.inf
-    prior: float | None = None
-    doubt: float = np.inf
-
-    def read(self, model: JointModel) -> float:
-        """Read the knob's value off `model`."""
-        if self.place == START:
-            return float(model.windups[int(self.name)]) if isinstance(model, Started) else 0.0
-        if self.place < 0:
-            return float(getattr(model.plant, self.name))
-        use = model.physics[self.place]
-        if self.name == "onset":
-            return float(use.onset or 0.0)
-        return float(use.values[self.name])
-
-    def turn(self, model: JointModel, value: float) -> JointModel:
-        """Give `model` with this knob at `value`, kept within its bounds."""
-        value = float(min(max(value, self.low), self.high))
-        if self.place == START and isinstance(model, Started):
-            row = int(self.name)
-            return replace(model, windups=(*model.windups[:row], value, *model.windups[row + 1 :]))
-        if self.place < 0:
-            return replace(model, plant=replace(model.plant, **{self.name: value}))
-        use = model.physics[self.place]
-        if self.name == "onset":
-            new = replace(use, onset=value)
-        else:
-            new = replace(use, values={**use.values, self.name: value})
-        return replace(model, physics=(*model.physics[: self.place], new, *model.physics[self.place + 1 :]))
-
-
-def turned(model: JointModel, knobs: Sequence[Knob], values: Array) -> JointModel:
-    """`model` with every knob at its value."""
-    for knob, value in zip(knobs, values, strict=True):
-        model = knob.turn(model, value)
-    return model
+Misfit = Callable[[Sequence[JointModel]], Array]
+"""Models in, white innovations ``(m, n)`` out; a model that cannot be replayed gives NaN or infinite rows."""
+BROYDEN = 0.2
+"""A step that gains more than this many times the square root of the cost keeps the slopes of the step before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,10 +41,6 @@ class Fitted:
     cost: float
     residual: Array
     jacobian: Array
-
-
-Misfit = Callable[[Sequence[JointModel]], Array]
-"""Models in, white innovations ``(m, n)`` out; a model that cannot be replayed gives NaN or infinite rows."""
 
 
 def levenberg(
@@ -158,10 +80,7 @@ def levenberg(
         gained = 0.0
         for _ in range(5):
             free = (high > low) & ~(((values <= low) & (g > 0)) | ((values >= high) & (g < 0)))
-            step = np.zeros(len(knobs))
-            part = H[np.ix_(free, free)]
-            step[free] = np.linalg.lstsq(part + damping * np.diag(np.diag(part) + 1e-12), -g[free], rcond=None)[0]
-            trial = np.clip(values + step * scale, low, high)
+            trial = np.clip(values + _step(H, g, free, damping) * scale, low, high)
             left = misfit([turned(model, knobs, trial)])[0]
             new = _cost(left, knobs, trial)
             if np.isfinite(new) and new < cost:
@@ -179,8 +98,12 @@ def levenberg(
     return Fitted(turned(model, knobs, values), knobs, values, cost, residual, jacobian)
 
 
-BROYDEN = 0.2
-"""A step that gains more than this many times the square root of the cost keeps the slopes of the step before."""
+def _step(H: Array, g: Array, free: Mask, damping: float) -> Array:
+    """Damped step of the free knobs, in units of their scales; the others lie at a bound that they would leave."""
+    step = np.zeros(len(g))
+    part = H[np.ix_(free, free)]
+    step[free] = np.linalg.lstsq(part + damping * np.diag(np.diag(part) + 1e-12), -g[free], rcond=None)[0]
+    return step
 
 
 def slopes(

@@ -1,0 +1,83 @@
+"""Numbers of a model that a fit may turn."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsfdi.model import JointModel
+from gsfdi.types import Array
+
+START = -2
+"""Place of a wind-up with which a stretch of a `Started` model begins."""
+
+
+@dataclass(frozen=True, slots=True)
+class Started(JointModel):
+    """A model with the wind-up that each stretch begins with, beyond what balances the first effort [rad].
+
+    No sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter.
+    """
+
+    windups: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Knob:
+    """One number of a model that a fit may turn.
+
+    Parameters
+    ----------
+    place : int
+        Index of the term in the model's physics; -1 for a number of the linear plant, -2 for the wind-up with which a
+        stretch of a :class:`Started` model begins.
+    name : str
+        Field of the plant, or parameter of the term.
+    scale : float
+        A change of this size matters: the unit in which the fit counts.
+    low, high : float
+        Bounds.
+    prior : float or None
+        What is believed before the data, with standard deviation `doubt`; None believes nothing.
+    """
+
+    place: int
+    name: str
+    scale: float
+    low: float = -np.inf
+    high: float = np.inf
+    prior: float | None = None
+    doubt: float = np.inf
+
+    def read(self, model: JointModel) -> float:
+        """Read the knob's value off `model`."""
+        if self.place == START:
+            return float(model.windups[int(self.name)]) if isinstance(model, Started) else 0.0
+        if self.place < 0:
+            return float(getattr(model.plant, self.name))
+        use = model.physics[self.place]
+        if self.name == "onset":
+            return float(use.onset or 0.0)
+        return float(use.values[self.name])
+
+    def turn(self, model: JointModel, value: float) -> JointModel:
+        """Give `model` with this knob at `value`, kept within its bounds."""
+        value = float(min(max(value, self.low), self.high))
+        if self.place == START and isinstance(model, Started):
+            row = int(self.name)
+            return replace(model, windups=(*model.windups[:row], value, *model.windups[row + 1 :]))
+        if self.place < 0:
+            return replace(model, plant=replace(model.plant, **{self.name: value}))
+        use = model.physics[self.place]
+        if self.name == "onset":
+            new = replace(use, onset=value)
+        else:
+            new = replace(use, values={**use.values, self.name: value})
+        return replace(model, physics=(*model.physics[: self.place], new, *model.physics[self.place + 1 :]))
+
+
+def turned(model: JointModel, knobs: Sequence[Knob], values: Array) -> JointModel:
+    """`model` with every knob at its value."""
+    for knob, value in zip(knobs, values, strict=True):
+        model = knob.turn(model, value)
+    return model
