@@ -221,7 +221,10 @@ def settled_onset(hand: Round, floor: Array) -> Round:
 
 def matters(hand: Round, entry: Entry) -> bool:
     """Whether a fitted term is large enough for a name: a torque must be, a sensor's error need only be sure."""
-    return is_sensor(entry.offer.term) or (entry.fitted is not None and size_of(hand, entry.fitted) > MATERIAL)
+    if is_sensor(entry.offer.term) or entry.fitted is None:
+        return entry.fitted is not None
+    model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
+    return torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model) > MATERIAL
 
 
 def is_sensor(term: str) -> bool:
@@ -231,10 +234,14 @@ def is_sensor(term: str) -> bool:
 
 def size_of(hand: Round, fitted: Fitted) -> float:
     """Torque that a fitted model has and the one in hand lacks, root mean square, as a share of the drive's."""
-    new = hand.stand.innovations([fitted.model])
-    moved = [old - e[0] for old, e in zip(hand.innovations, new, strict=True)]
-    torque = np.concatenate(missing_torque(hand.stand, moved))
-    return float(np.sqrt(np.mean(torque**2))) / hand.stand.scales.torque
+    return torque_between(hand.stand, hand.fitted.model, fitted.model)
+
+
+def torque_between(stand: Bench, one: JointModel, other: JointModel) -> float:
+    """Torque by which two models differ, root mean square, as a share of the drive's."""
+    moved = [e[0] - e[1] for e in stand.innovations([one, other])]
+    torque = np.concatenate(missing_torque(stand, moved))
+    return float(np.sqrt(np.mean(torque**2))) / stand.scales.torque
 
 
 def merit(entry: Entry) -> float:
