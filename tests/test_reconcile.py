@@ -169,6 +169,14 @@ def test_physics_is_no_wrong_law_where_no_speed_is_logged(use: TermUse) -> None:
     assert found.findings == ()
 
 
+def test_a_stop_that_is_met_once_is_named() -> None:
+    reach = float(np.max(recorded(NOMINAL)["position"]))
+    stop = TermUse("end_stop", {"angle_rad": 0.97 * reach, "stiffness_nm_rad": 200.0})
+    (entry,) = told(stop).omitted_physics
+    assert entry["term"] == "end_stop"
+    assert entry["parameters"]["angle_rad"]["value"] == pytest.approx(0.97 * reach, rel=1e-3)
+
+
 def test_a_part_that_holds_all_of_the_misfit_is_not_kept_for_judging() -> None:
     stand = bench([recorded(NOMINAL)], NOMINAL)
     when = stand.records[0].t / stand.scales.seconds

@@ -31,6 +31,8 @@ NEAR = 0.3
 """Share of the best finalist's merit from which another is settled under its own noise, too."""
 SETTLED = 4
 """Finalists that are settled at most."""
+PLAIN = 100.0
+"""Merit from which a finalist below its bar is settled, to be held against the bar that it has then."""
 MATERIAL = 1e-3
 """Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
 TRIVIAL = 0.02
@@ -178,14 +180,16 @@ def contend(
     finalists = [refit(hand, entry) for entry in distinct(screening.entries, FINALISTS)]
     ranked = calibrated(hand, screening, sorted(finalists, key=merit, reverse=True))
     trials = len(screening.information)
-    worthy = [e for e in needed(ranked) if merit(e) > max(e.bar, NEAR * merit(ranked[0])) and matters(hand, e)]
+    near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
     best: tuple[float, Entry, Round] | None = None
-    for entry in worthy[:SETTLED]:
+    for entry in [e for e in near if merit(e) > min(e.bar, PLAIN)][:SETTLED]:
         assert entry.fitted is not None
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
         gain = likelier(settled, hand) - _numbers(entry)
+        if merit(entry) < entry.bar and gain < settled_bar(settled, entry, trials):
+            continue
         if gain > (best[0] if best else 0.0):  # one that gains nothing only moves the mismatch about
             best = (gain, entry, settled)
     contest = Contest((*ranked, *screening.entries), best[1] if best else None, trials)
@@ -208,6 +212,20 @@ def calibrated(hand: Round, screening: Screening, ranked: Sequence[Entry]) -> li
         own = float(np.max(times[slice(*entry.rows)], initial=1.0))
         found.append(replace(entry, inflation=own, bar=max(LEAST, bar(own, len(times), CHANCE)) + onset_cost(entry)))
     return found
+
+
+def settled_bar(settled: Round, entry: Entry, trials: int) -> float:
+    """Bar that an entry must pass once it is settled.
+
+    What acts in a few blocks of time only, as a stop does, leaves misfits there until its numbers are right, and these
+    make chance seem able to do as much.
+    """
+    fitted = settled.fitted
+    own = np.array([knob.place == len(fitted.model.physics) - 1 for knob in fitted.knobs])
+    rest, columns = fitted.jacobian[:, ~own], fitted.jacobian[:, own]
+    bare = columns - rest @ np.linalg.lstsq(rest, columns, rcond=1e-9)[0]
+    times = inflations(bare.T, np.sum(bare**2, axis=0), fitted.residual, settled.stand.blocks())
+    return max(LEAST, bar(float(np.max(times, initial=1.0)), trials, CHANCE)) + onset_cost(entry)
 
 
 def settled_onset(hand: Round, floor: Array) -> Round:
