@@ -217,6 +217,7 @@ def scores(
     states: Array,
     u: Array,
     lanes: Array,
+    start: Array,
     size: Array,
     pairs: npt.NDArray[np.int64],
 ) -> tuple[Array, Array, Array, Array]:  # pragma: no cover
@@ -239,6 +240,8 @@ def scores(
         First q directions: the change of the discrete model per unit of fault.
     lanes : (10 * LANES,) array
         How the amplitude at this sample and at the next enters the four states, and shows in the two measurements.
+    start : (4 * LANES,) array
+        What the directions have made of the state that the observer started from.
     size : (n, LANES) array
         Amplitude of each direction.
     pairs : (k, 2) int array
@@ -258,6 +261,7 @@ def scores(
     shown = np.zeros((n // THIN, 2, LANES))
     w = np.zeros(20 * LANES)
     w[: 10 * LANES] = lanes
+    w[10 * LANES : 14 * LANES] = start
     # Rows: 0-3 early, 4-7 late, 8-9 sensed; 10-13 the state, 14-15 what shows, 16-17 amplitudes, 18-19 sums.
     w[17 * LANES : 18 * LANES] = size[0]
     last, none = len(gains) - 1, np.zeros((4, 2))

@@ -44,6 +44,8 @@ def scored(run: Filter, entry: Entries, seen: Watched, size: Array) -> tuple[Arr
     shown = np.zeros((n, m, len(run.C)))
     for j in range(m):
         z = np.zeros(len(run.Ad))
+        for i in range(len(run.C)):
+            z[i] = -entry.sensed[j, i] * size[0, j] / run.C[i, i]
         for k in range(n):
             shown[k, j] = entry.sensed[j] * size[k, j] + run.C @ z
             if seen.used[k]:

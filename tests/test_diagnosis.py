@@ -1,12 +1,16 @@
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from joints import learnt, record
+from joints import MODEL, PLANT, learnt, record
 
-from gsfdi.baseline import part_of
+from gsfdi.baseline import gather, learn_joint, part_of
 from gsfdi.diagnosis import Limits, assess, unjudged
+from gsfdi.diagnosis.case import case_of
+from gsfdi.diagnosis.judging import findings_of
+from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord, Verdict
 
 
@@ -180,3 +184,34 @@ def test_unjudged_asks_for_the_telemetry_to_be_checked() -> None:
     assert unjudged("J1", "stale", "old").action == "check_telemetry"
     assert unjudged("J1", "stale", "old").says == "J1: old"
     assert unjudged("J1", "not_assessed", "no baseline").action == "none"
+
+
+@pytest.mark.parametrize("seed", [8400, 8500])
+def test_a_batch_cut_out_of_a_motion_is_no_fault(seed: int) -> None:
+    """A rigid stand-in for a flexible joint is wrong in its mode; half a swing at either end must not alarm."""
+    batches = [_without_model(seed + i) for i in range(8)]
+    known = learn_joint(batches[:5])
+    for batch in batches[5:]:
+        for low, high in ((0, 2300), (0, 3300), (3700, 6000), (2700, 6000)):
+            assert assess(part_of(batch, low, high), known).verdict in ("normal", "not_assessed")
+
+
+def _without_model(seed: int) -> JointRecord:
+    """A minute of the joint as its messages tell it: joint angle, joint speed, torque."""
+    whole = simulate_record(MODEL, seed=seed, duration=60.0)
+    channels = {
+        "position": whole.channels["position"],
+        "joint_velocity": whole.channels["motor_velocity"] / PLANT.gear_ratio,
+        "drive_torque": whole.channels["motor_current"] * PLANT.gear_ratio * PLANT.torque_constant,
+    }
+    return replace(whole, channels=channels, valid={})
+
+
+def test_a_fault_smaller_than_its_error_is_not_named() -> None:
+    known, limits = learnt(), Limits()
+    numbers, _ = gather([record("torque_constant_change=0.97", seed=100)], known.nominal)
+    findings = findings_of(numbers, known, limits.per_batch, {}, "SH1")
+    case = case_of("SH1", findings, numbers["innovations"], known, limits)
+    assert case.is_explained
+    vague = case.candidates[0]._replace(error=abs(case.candidates[0].size))
+    assert not case._replace(candidates=[vague, *case.candidates[1:]]).is_explained

@@ -5,6 +5,8 @@ import pytest
 from joints import learnt, record
 
 from gsfdi.baseline import detectors, gather
+from gsfdi.detectors import innovations
+from gsfdi.directions import library
 from gsfdi.types import Finding, JointRecord
 
 NAMES = sorted(detectors())
@@ -76,3 +78,26 @@ def test_pieces_give_what_the_whole_gives(name: str) -> None:
         answers.append(found)
     assert answers[0].alarm == answers[1].alarm
     assert answers[1].statistic == pytest.approx(answers[0].statistic, rel=0.5)
+
+
+@pytest.mark.parametrize("alike", [0.0, 0.6, 0.8, 0.9])
+def test_sine_and_cosine_keep_their_rate_however_alike_they_are(alike: float) -> None:
+    """A small motion hardly tells them apart, and what a short baseline knows of them it knows of both at once."""
+    directions = library(True, True, temperature=False)
+    pair = [one.key for one in directions].index("gravity_unbalance:s") + np.arange(2)
+    rng, info = np.random.default_rng(5), 100.0
+
+    def batch(bins: int) -> dict[str, np.ndarray]:
+        sums = {key: np.zeros((bins, len(directions))) for key in "ghx"}
+        sums["g"][:, pair] = rng.multivariate_normal([0.0, 0.0], info * np.array([[1.0, alike], [alike, 1.0]]), bins)
+        sums["h"][:, pair], sums["x"][:, pair] = info, alike * info
+        energy = np.column_stack([np.full(bins, 50.0), np.full(bins, 25.0)])
+        return {**sums, "energy": energy, "width": np.array([0.25]), "kind": np.array([1.0, 1.0, 0.0])}
+
+    largest = []
+    for _ in range(40):
+        known = innovations.learn([batch(100) for _ in range(4)], innovations.DETECTOR.settings)
+        (lean,) = innovations.leans(batch(8000), known, directions)
+        largest.append(lean.z)
+    assert max(largest) < 3.3, "forty batches: one in a thousand each"
+    assert np.median(largest) > 0.5, "nor is it blind"

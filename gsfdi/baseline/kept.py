@@ -55,15 +55,15 @@ class Baseline:
     def to_dict(self) -> dict[str, object]:
         """Plain numbers for a store."""
         return {
-            "schema": "gsfdi/baseline/1",
+            "schema": "gsfdi/baseline/2",
             "joints": {name: _joint_to_dict(one) for name, one in self.joints.items()},
         }
 
     @classmethod
     def from_dict(cls, kept: Mapping[str, Any]) -> "Baseline":
         """Take back what :meth:`to_dict` gave."""
-        if kept.get("schema") != "gsfdi/baseline/1":
-            raise BaselineError("baseline", f"schema {kept.get('schema')!r} is not 'gsfdi/baseline/1'", "learn it anew")
+        if kept.get("schema") != "gsfdi/baseline/2":
+            raise BaselineError("baseline", f"schema {kept.get('schema')!r} is not 'gsfdi/baseline/2'", "learn it anew")
         return cls({name: _joint_from_dict(name, one) for name, one in kept["joints"].items()})
 
 

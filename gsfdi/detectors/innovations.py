@@ -32,6 +32,8 @@ LEAST = 0.01
 
 RAMP = 9.0
 """Further drop of the weighted squares for which a growing fault is preferred to a sudden one."""
+END = 1.0
+"""What a score's swing to and fro leaves at either end of a sum is looked up over this long [s]."""
 APART = 0.02
 """Share of their information by which sine and cosine of a wave must differ to be two."""
 
@@ -85,8 +87,10 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
     excess = ((g / np.maximum(h, 1e-300)) ** 2 - expected) * (dof + 1) / dof
     between = np.maximum(excess.mean(axis=0), 0.0)
     lean_var = within / np.maximum(h.sum(axis=0), 1e-300) + between / len(gathered)
+    shared = _shared(hb.sum(axis=0), xb.sum(axis=0), gathered[0]["kind"])
     return {
-        "lean": lean, "drift": drift, "lean_var": lean_var, "within": within, "between": between,
+        "lean": lean, "drift": drift, "lean_var": lean_var, "within": within, "between": between, "shared": shared,
+        "swing": _swing(clean, gathered, within),
         "energy": np.array([blocks[3][:, 0].sum() / max(blocks[3][:, 1].sum(), 1.0)]),
         "pooled": np.array([np.median(within)]), "blocks": np.array([float(len(gb))]),
         "batches": np.array([float(len(gathered))]), "tolerance": np.array([settings["tolerance"]]),
@@ -114,6 +118,28 @@ def _wander(g: Array, h: Array, x: Array, kind: Array) -> Array:
             both = 0.5 * float(np.mean(square[apart] / det[apart])) if apart.any() else 1.0
             mean[members] = np.maximum(mean[members], both)
     return mean
+
+
+def _swing(clean: Sequence[Array], gathered: Sequence[Numbers], within: Array) -> Array:
+    """How much more the scores wander over a moment than over a block, per unit of information.
+
+    A model that is wrong in a mode of the joint leaves scores that swing to and fro with it. Over a block they cancel;
+    a batch that is cut short in the middle of a motion ends on half a swing.
+    """
+    kind, moments = gathered[0]["kind"], []
+    for g, one in zip(clean, gathered, strict=True):
+        moments.append([_blocks(some, float(one["width"][0]), END) for some in (g, one["h"], one["x"])])
+    g, h, x = (np.concatenate(some) for some in zip(*moments, strict=True))
+    return np.asarray(np.maximum(_wander(g, h, x, kind) - within, 0.0))
+
+
+def _shared(h: Array, x: Array, kind: Array) -> Array:
+    """Correlation of each direction's score with its mate's in the baseline's motion; 0 where it has none."""
+    shared = np.zeros(len(h))
+    for _, members in grouped(library(*(bool(one) for one in kind))):
+        if len(members) == 2:
+            shared[members] = np.clip(x[members] / np.sqrt(np.maximum(h[members].prod(), 1e-300)), -1.0, 1.0)
+    return shared
 
 
 def _regressed(g: Array, h: Array, n: Array) -> tuple[Array, Array]:
@@ -168,31 +194,71 @@ def leans(numbers: Numbers, learnt: Numbers, directions: Sequence[Direction]) ->
     for name, members in grouped(directions):
         if h[:, members].sum() > 0:
             cross = numbers["x"][:, members[0]] if len(members) == 2 else None
-            spread = learnt["within"][members], learnt["between"][members] + learnt["lean_var"][members], misfit
+            spread = _Spread(learnt["within"][members], learnt["swing"][members], _doubt(learnt, members), misfit)
             found.append(_strongest(name, tuple(members), g[:, members], h[:, members], cross, t, spread))
     return found
+
+
+def _doubt(learnt: Numbers, members: Sequence[int]) -> Array:
+    """Covariance of what the baseline takes from each score per unit of its information, and of its own variation.
+
+    What a baseline learnt of a sine and a cosine it learnt from the same samples: in a motion that hardly tells them
+    apart both are off together, and their difference, which is next to nothing there, is off by far more than it is.
+    """
+    root = np.sqrt(learnt["between"][members] + learnt["lean_var"][members])
+    together = np.eye(len(members))
+    if len(members) == 2:
+        together[[0, 1], [1, 0]] = learnt["shared"][members[0]]
+    return np.asarray(together * np.outer(root, root))
 
 
 def _tail(values: Array) -> Array:
     return np.asarray(np.cumsum(values[::-1], axis=0)[::-1])
 
 
-def _sums(g: Array, info: Array, late: Array, spread: tuple[Array, Array, Array], ramp: bool) -> _Sums:
+class _Spread(NamedTuple):
+    """How far the scores of one fault wander on a fault-free joint.
+
+    ``within`` per unit of information, ``swing`` besides at either end of a sum, ``doubt`` what the baseline's mean and
+    its batches add, ``misfit (bins,)`` what a model that is a little off could.
+    """
+
+    within: Array
+    swing: Array
+    doubt: Array
+    misfit: Array
+
+
+def _sums(g: Array, info: Array, late: Array, spread: _Spread, ramp: bool) -> _Sums:
     """Sums from each onset on; `late` counts time from the end, where ramps are short and differences would cancel."""
-    within, between, misfit = spread
-    top, H, H1, off = _tail(g), _tail(info), _tail(info), _tail(misfit)
+    top, H, H1, off = _tail(g), _tail(info), _tail(info), _tail(spread.misfit)
+    last = _ends(info, late, ramp)
     if ramp:
         start = late - 0.5 * (late[1] - late[0] if len(late) > 1 else 0.0)
         s1, s2 = start[:, None], start[:, None, None]
         t2 = late[:, None, None]
         top = _tail(late[:, None] * g) - s1 * top
         H1 = _tail(t2 * info) - s2 * H
-        off = _tail(late**2 * misfit) - 2 * start * _tail(late * misfit) + start**2 * off
         H = _tail(t2 * t2 * info) - 2 * s2 * _tail(t2 * info) + s2**2 * H
-    root = np.sqrt(within)
-    # A model that is off by a share of the drive's effect can lean on anything, by Cauchy and Schwarz, this much.
-    cov = H * (root[:, None] * root + off[:, None, None]) + np.einsum("tij,j,tjk->tik", H1, between, H1)
+    root, swing = np.sqrt(spread.within), np.sqrt(spread.swing)
+    own = np.diagonal(H1, axis1=1, axis2=2)  # the baseline took from each score in proportion to its own information
+    # A model that is off by a share of the drive's effect can lean on anything, by Cauchy and Schwarz, this much: what
+    # is off need not grow with a ramp, so its own squares are those of a step.
+    cov = H * (root[:, None] * root + off[:, None, None]) + own[:, :, None] * spread.doubt * own[:, None, :]
+    cov = cov + last * (swing[:, None] * swing)
     return _Sums(top, H, cov)
+
+
+def _ends(info: Array, late: Array, ramp: bool) -> Array:
+    """Information in `END` seconds from each onset on, where a ramp is still nothing, and before the batch's end."""
+    width = late[1] - late[0] if len(late) > 1 else END
+    whole = np.cumsum(np.concatenate([np.zeros((1, *info.shape[1:])), info]), axis=0) * min(END / width, 1.0)
+    at, bins = np.arange(len(info)), max(round(END / width), 1)
+    final = whole[-1] - whole[max(len(info) - bins, 0)]
+    if ramp:
+        start = late - 0.5 * width
+        return np.asarray(start[:, None, None] ** 2 * final)
+    return np.asarray(whole[np.minimum(at + bins, len(info))] - whole[:-1] + final)
 
 
 def _deviations(top: Array, cov: Array) -> Array:
@@ -216,7 +282,7 @@ def _strongest(
     h: Array,
     cross: Array | None,
     t: Array,
-    spread: tuple[Array, Array, Array],
+    spread: _Spread,
 ) -> Lean:
     """Best onset and form for one fault."""
     k = len(members)

@@ -36,11 +36,13 @@ class Case(NamedTuple):
 
     @property
     def is_explained(self) -> bool:
-        """Whether one fault alarms, is likely enough, and accounts for enough of what the batch shows."""
+        """Whether one fault alarms, is likely enough, is more than its error, and accounts for enough of the batch."""
         lean = self.lean
         if lean is None or not lean.alarm:
             return False
         best = self.candidates[0]
+        if abs(best.size) < 2.0 * best.error:  # what would be named "1 ± 2" is no name
+            return False
         return best.probability >= LIKELY and best.gain >= EXPLAINED * excess(self.innovations, self.baseline)
 
     @property

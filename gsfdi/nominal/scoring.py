@@ -72,12 +72,16 @@ def score(
     e = np.where(np.isfinite(watched.e), watched.e, 0.0)
     lanes = np.concatenate([padded(entry.early.T, 4, LANES), padded(entry.late.T, 4, LANES),
                             padded(entry.sensed.T, 2, LANES)])  # fmt: skip
+    # The observer starts from the first values measured, so that what is wrong with them is no news from then on.
+    start = np.zeros((4, LANES))
+    for i in range(len(run.C)):
+        start[i, :m] = -entry.sensed[:, i] * size[:m, 0] / run.C[i, i]
     pairs = np.array([members for _, members in grouped(directions) if len(members) == 2], dtype=np.int64)
     g, h, shared, shown = scores(
         padded(run.Ad, 4, 4), padded(run.C, 2, 4), padded(run.gains, len(run.gains), 4, 2), padded(run.weight, 2, 2),
         padded(e, n, 2), watched.used, watched.live, bins, count, padded(entry.exact, q, 4, 4),
         padded(entry.exact_u, q, 4), padded(watched.states, n, 4), watched.u, lanes.ravel(),
-        np.ascontiguousarray(size.T), pairs.reshape(-1, 2),
+        start.ravel(),         np.ascontiguousarray(size.T), pairs.reshape(-1, 2),
     )  # fmt: skip
     x = np.zeros((count, m))
     for column, pair in zip(shared.T, pairs, strict=True):
