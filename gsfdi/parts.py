@@ -12,6 +12,7 @@ from urllib.parse import unquote
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
+import pyarrow.parquet as pq
 
 from gsfdi.canonical import axis_of, filled, open_verified
 from gsfdi.channels import CHANNEL_OF_COLUMN
@@ -117,11 +118,7 @@ def read_part(part: Part, start_ns: int | None, end_ns: int | None, seconds: flo
         lost = json.loads(notes[b"gsfdi.quality"]).get(part.joint, {}).get("time", {})
         names = filled(file)
         axis = axis_of(names)
-        rows = max(file.metadata.num_rows, 1)
-        if seconds is not None:
-            span = max((part.end_ns - part.start_ns) * 1e-9, 1e-9)
-            rows = max(min(rows, int(seconds * rows / span)), 1)
-        for batch in file.iter_batches(batch_size=rows, columns=["timestamp", *names]):
+        for batch in _blocks(file, part, ["timestamp", *names], seconds):
             stamps = np.asarray(batch.column("timestamp").cast(pa.int64()))
             a = 0 if start_ns is None else int(np.searchsorted(stamps, start_ns))
             b = len(stamps) if end_ns is None else int(np.searchsorted(stamps, end_ns))
@@ -133,6 +130,19 @@ def read_part(part: Part, start_ns: int | None, end_ns: int | None, seconds: flo
             quality["time"] = {**lost, **quality["time"]}
             yield JointRecord(part.robot, part.joint, int(stamps[a]), t, channels, axis, valid, source, sha256, quality)
             lost = {}
+
+
+def _blocks(
+    file: pq.ParquetFile, part: Part, columns: list[str], seconds: float | None
+) -> Iterator[pa.RecordBatch | pa.Table]:
+    """The rows of a file, all at once or no more than so many seconds of them."""
+    if seconds is None:
+        yield file.read(columns=columns, use_threads=False).combine_chunks()
+        return
+    span = max((part.end_ns - part.start_ns) * 1e-9, 1e-9)
+    rows = max(int(seconds * file.metadata.num_rows / span), 1)
+    for group in range(file.num_row_groups):  # a walk over all of them would keep their bytes to its end
+        yield from file.iter_batches(batch_size=rows, row_groups=[group], columns=columns, use_threads=False)
 
 
 def _numbers(column: pa.Array) -> Array:
