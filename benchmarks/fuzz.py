@@ -18,7 +18,7 @@ import atheris
 with atheris.instrument_imports(include=["gsfdi"]):
     from gsfdi import ingest, quality
     from gsfdi.readers import csv_file, mcap_file, parquet_file
-    from gsfdi.wire import cdr, idl, jsons, layout, proto, records, select, tables
+    from gsfdi.wire import cdr, idl, jsons, layout, proto, records, rows, select, tables, topic
 
 import numpy as np
 import recordings
@@ -26,7 +26,7 @@ import recordings
 from gsfdi.canonical import write_parquet
 
 RESULTS = Path(__file__).parent / "results" / "fuzz.json"
-PARTS = (cdr, csv_file, idl, jsons, layout, mcap_file, parquet_file, proto, quality, records, select, tables)
+PARTS = (cdr, csv_file, idl, jsons, layout, mcap_file, parquet_file, proto, quality, records, rows, select, tables, topic)
 SHOWN = 200
 
 

@@ -9,7 +9,7 @@ import recordings
 from recordings import NAMES, T0, joint_state, motion
 
 from gsfdi import ingest
-from gsfdi.wire import layout
+from gsfdi.wire import topic
 
 
 def test_protobuf_columns_are_what_was_written(tmp_path: Path) -> None:
@@ -49,7 +49,7 @@ def test_columns_are_what_the_reference_decoder_says(tmp_path: Path) -> None:
     ],
 )
 def test_ticks_become_nanoseconds(ticks: np.ndarray, tick_ns: int, expected: list[int]) -> None:
-    assert layout.ticks_to_ns(ticks, tick_ns).tolist() == expected
+    assert topic.ticks_to_ns(ticks, tick_ns).tolist() == expected
 
 
 def test_a_name_damaged_in_one_message_makes_no_new_joint(tmp_path: Path) -> None:

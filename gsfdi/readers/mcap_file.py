@@ -11,11 +11,15 @@ from mcap.opcode import Opcode
 from gsfdi.mapping import Mapping
 from gsfdi.readers import Reader
 from gsfdi.types import Problem
-from gsfdi.wire import Item, Stamps, cdr, jsons, layout, proto
+from gsfdi.wire import Item, Stamps, cdr, proto
+from gsfdi.wire.jsons import Json
 from gsfdi.wire.kernels import Bytes, Ints, fields
+from gsfdi.wire.layout import Binary
 from gsfdi.wire.leaves import UndecodableError
 from gsfdi.wire.records import Block, Note, hops, walk
+from gsfdi.wire.rows import Messages
 from gsfdi.wire.tail import MAGIC, Cursor, Tail, read_tail
+from gsfdi.wire.topic import Topic
 
 MOST_TOPICS = 4_096
 _STATE_TOPICS = ("joint_states", "joint_state", "dynamic_joint_states")
@@ -71,7 +75,7 @@ def read(path: Path, mappings: Sequence[Mapping], whole: bool | None) -> Iterato
         Whether the file's seal holds; this format has none.
     """
     contents = _opened(path)
-    readers: dict[int, layout.Topic | jsons.Topic | None] = {}
+    readers: dict[int, Topic | None] = {}
     problems: dict[str, Problem] = {}
     for item in walk(path):
         if isinstance(item, Problem):
@@ -99,7 +103,7 @@ def describe(path: Path, mappings: Sequence[Mapping]) -> dict[str, object]:
     mappings : sequence of Mapping
     """
     contents = _opened(path)
-    readers: dict[int, layout.Topic | jsons.Topic | None] = {}
+    readers: dict[int, Topic | None] = {}
     found: dict[int, set[tuple[str, str, str]]] = {}
     problems: dict[str, None] = {}
     span: list[int] = []
@@ -116,7 +120,7 @@ def describe(path: Path, mappings: Sequence[Mapping]) -> dict[str, object]:
                 readers[channel] = _topic(contents, channel, mappings)
             topic = readers[channel]
             if topic is not None and not found.get(channel):
-                few = layout.Messages(messages.data, *(part[:64] for part in messages[1:]))
+                few = Messages(messages.data, *(part[:64] for part in messages[1:]))
                 found[channel] = {key[:3] for columns in topic.columns(few) for key in columns.values}
     topics = [
         {
@@ -169,7 +173,7 @@ def _opened(path: Path) -> Contents:
     return Contents(tail=tail, stated=frozenset(channel.topic for channel in index.channels.values()))
 
 
-def _messages(block: Block, contents: Contents) -> Iterator[tuple[int, layout.Messages]]:
+def _messages(block: Block, contents: Contents) -> Iterator[tuple[int, Messages]]:
     """Messages of a block by channel; schemas and channels are noted as they come."""
     contents.blocks += 1
     contents.unverified += not block.verified
@@ -196,10 +200,10 @@ def _messages(block: Block, contents: Contents) -> Iterator[tuple[int, layout.Me
             yield number, _of_channel(block.data, starts[own], sizes[own])
 
 
-def _of_channel(data: Bytes, starts: Ints, sizes: Ints) -> layout.Messages:
+def _of_channel(data: Bytes, starts: Ints, sizes: Ints) -> Messages:
     log_ns: Stamps = fields(data, starts, 6, 8).view("<i8")[:, 0]
     published_ns: Stamps = fields(data, starts, 14, 8).view("<i8")[:, 0]
-    return layout.Messages(data, starts + 22, sizes - 22, log_ns, published_ns)
+    return Messages(data, starts + 22, sizes - 22, log_ns, published_ns)
 
 
 def _note(opcode: int, body: bytes, contents: Contents) -> None:
@@ -221,7 +225,7 @@ def _note(opcode: int, body: bytes, contents: Contents) -> None:
         contents.conflicts.append(f"a definition is damaged: {error}")
 
 
-def _topic(contents: Contents, number: int, mappings: Sequence[Mapping]) -> layout.Topic | jsons.Topic | None:
+def _topic(contents: Contents, number: int, mappings: Sequence[Mapping]) -> Topic | None:
     """The reader of a channel's messages; None if they are not read."""
     channel = contents.channels[number]
     own = [mapping for mapping in mappings if channel.topic in mapping.topics()]
@@ -232,12 +236,13 @@ def _topic(contents: Contents, number: int, mappings: Sequence[Mapping]) -> layo
     schema = channel.schema
     try:
         if channel.encoding == "json":
-            return jsons.Topic(channel.topic, robot, own)
+            return Topic(channel.topic, robot, Json(), own)
         if schema is not None and channel.encoding == "cdr" and schema.encoding in ("ros2msg", "ros2idl"):
             types = cdr.schema_types(schema.name, schema.encoding, schema.data.decode("utf-8", "replace"))
-            return layout.Topic(channel.topic, robot, cdr.decoder(types), own)
+            return Topic(channel.topic, robot, Binary(cdr.decoder(types)), own)
         if schema is not None and channel.encoding == "protobuf" and schema.encoding == "protobuf":
-            return layout.Topic(channel.topic, robot, proto.decoder(proto.schema_types(schema.name, schema.data)), own)
+            form = Binary(proto.decoder(proto.schema_types(schema.name, schema.data)))
+            return Topic(channel.topic, robot, form, own)
     except UndecodableError as error:
         if own:
             contents.conflicts.append(f"topic {channel.topic} cannot be read: {error}")
