@@ -37,6 +37,29 @@ def test_nothing_is_found_where_nothing_is_missing() -> None:
     assert answer.omitted_physics == ()
 
 
+def test_what_would_have_been_seen_is_seen() -> None:
+    least = {item["term"]: item["parameters"] for item in told().mismatch["smallest_seen"]}
+    for term in ("coulomb_friction", "viscous_friction"):
+        ((name, value),) = least[term].items()
+        assert [e["term"] for e in told(TermUse(term, {name: 2 * value})).omitted_physics] == [term]
+        assert told(TermUse(term, {name: 0.2 * value})).omitted_physics == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_joint_that_stands_still_tells_nothing(noise: float) -> None:
+    record = recorded(NOMINAL)
+    rng = np.random.default_rng(0)
+    level = {"setpoint": 0.3, "position": 0.3}
+    width = {"position": 1e-5, "joint_velocity": 1e-3, "drive_torque": 0.01}
+    channels = {
+        name: level.get(name, 0.0) + noise * width.get(name, 0.0) * rng.standard_normal(len(record.t))
+        for name in record.channels
+    }
+    answer = reconcile([replace(record, channels=channels)], NOMINAL)
+    assert answer.verdict == "not_enough_data"
+    assert answer.updated_model is None
+
+
 def test_friction_is_named_measured_and_written_back() -> None:
     answer = told(TermUse("coulomb_friction", {"torque_nm": 0.4}))
     assert answer.verdict == "explained"

@@ -274,9 +274,10 @@ EQUIVALENT: dict[str, tuple[str, ...]] = {
     "constant_load": ("asymmetric_friction",),
 }
 NEARLY: dict[str, tuple[str, ...]] = {
-    # Over a small angle a weight's torque is a constant and a slope: what a load and a cable are.
-    "gravity_unbalance": ("cable_harness", "constant_load"),
-    "cable_harness": ("gravity_unbalance", "constant_load"),
+    # Over a small angle a weight's torque is a constant and a slope: what a load and a cable are. And a constant is
+    # what a friction is that differs by direction, and what a bias of the current looks like.
+    "gravity_unbalance": ("cable_harness", "constant_load", "asymmetric_friction", "current_bias"),
+    "cable_harness": ("gravity_unbalance", "constant_load", "asymmetric_friction", "current_bias"),
     "constant_load": ("gravity_unbalance", "cable_harness"),
     "coulomb_friction": ("presliding_friction",),
     "presliding_friction": ("coulomb_friction",),

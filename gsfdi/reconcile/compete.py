@@ -17,13 +17,13 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench, effort_floor, surprise, typical_window
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.doubted import estimated, moot_terms
-from gsfdi.reconcile.hand import Round, lay_out, plant_knobs, settle, start_knobs, started
+from gsfdi.reconcile.hand import Round, is_sensor, lay_out, plant_knobs, settle, start_knobs, started
 from gsfdi.reconcile.offer import Offer, offers
-from gsfdi.reconcile.remainder import missing_torque
+from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset, refit, screen
+from gsfdi.reconcile.smallest import Smallest, smallest
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.waves import worthy_orders
-from gsfdi.registry import shelf
 from gsfdi.types import Array
 
 FINALISTS = 8
@@ -33,6 +33,10 @@ SETTLED = 4
 """Finalists that are settled at most."""
 PLAIN = 100.0
 """Merit from which a finalist below its bar is settled, to be held against the bar that it has then."""
+HINT = 6.0
+"""Merit from which a finalist is settled although chance may do as much under the noise that it makes itself."""
+HINTED = 2
+"""Such finalists that are settled at most."""
 MATERIAL = 1e-3
 """Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
 TRIVIAL = 0.02
@@ -47,11 +51,12 @@ ELSEWHERE = ("quantisation", "current_limit", "timestamp_latency")
 
 @dataclass(frozen=True, slots=True)
 class Contest:
-    """One round as it went: who competed, best first, who won, and how many offers there were."""
+    """One round as it went: who competed, best first, who won, how many offers there were, and what would have won."""
 
     entries: tuple[Entry, ...]
     winner: Entry | None
     trials: int
+    smallest: tuple[Smallest, ...] = ()
 
 
 def compete(
@@ -182,7 +187,7 @@ def contend(
     trials = len(screening.information)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
     best: tuple[float, Entry, Round] | None = None
-    for entry in [e for e in near if merit(e) > min(e.bar, PLAIN)][:SETTLED]:
+    for entry in promising(near, missing(hand, floor) > 0):
         assert entry.fitted is not None
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         if entry.onset is not None:
@@ -192,8 +197,16 @@ def contend(
             continue
         if gain > (best[0] if best else 0.0):  # one that gains nothing only moves the mismatch about
             best = (gain, entry, settled)
-    contest = Contest((*ranked, *screening.entries), best[1] if best else None, trials)
-    return contest, best[2] if best else None
+    entries = (*ranked, *screening.entries)
+    if best is None:
+        return Contest(entries, None, trials, smallest(hand, screening, shelf_terms, CHANCE, MATERIAL)), None
+    return Contest(entries, best[1], trials), best[2]
+
+
+def promising(near: Sequence[Entry], hides: bool) -> list[Entry]:
+    """Finalists worth settling; where the noise found is more than what is known, it `hides` faint ones."""
+    sure = [e for e in near if merit(e) > min(e.bar, PLAIN)][:SETTLED]
+    return sure or ([e for e in near if merit(e) > HINT][:HINTED] if hides else [])
 
 
 def needed(ranked: Sequence[Entry]) -> list[Entry]:
@@ -242,24 +255,12 @@ def matters(hand: Round, entry: Entry) -> bool:
     if is_sensor(entry.offer.term) or entry.fitted is None:
         return entry.fitted is not None
     model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
-    return torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model) > MATERIAL
-
-
-def is_sensor(term: str) -> bool:
-    """Whether a term acts on what is measured rather than on the joint."""
-    return str(shelf("gsfdi.terms", PhysicsTerm)[term].place).endswith("sensor")
+    return bool(torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0] > MATERIAL)
 
 
 def size_of(hand: Round, fitted: Fitted) -> float:
     """Torque that a fitted model has and the one in hand lacks, root mean square, as a share of the drive's."""
-    return torque_between(hand.stand, hand.fitted.model, fitted.model)
-
-
-def torque_between(stand: Bench, one: JointModel, other: JointModel) -> float:
-    """Torque by which two models differ, root mean square, as a share of the drive's."""
-    moved = [e[0] - e[1] for e in stand.innovations([one, other])]
-    torque = np.concatenate(missing_torque(stand, moved))
-    return float(np.sqrt(np.mean(torque**2))) / stand.scales.torque
+    return float(torque_between(hand.stand, hand.fitted.model, fitted.model)[0])
 
 
 def merit(entry: Entry) -> float:

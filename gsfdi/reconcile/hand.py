@@ -62,6 +62,8 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
     for param in term.params:
         value = use.values[param.name]
         low, high = plausible(stand, term, param.name)
+        if term.name == "end_stop" and param.name == "angle_rad":
+            low, high = _beyond(stand, value)
         if param.name == "order":
             reach = ORDER_OFF * value if _is_whole(stand, term) else 0.4
             low, high = max(0.7, value - reach), value + reach
@@ -77,6 +79,17 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
             scale = 0.1 * stand.scales.of(param.unit)
         knobs.append(Knob(place, param.name, scale, low, high))
     return knobs
+
+
+PASSED = 0.4
+"""Share of half the range by which the joint may press beyond a stop: what it passes by further does not stop it."""
+
+
+def _beyond(stand: Bench, angle: float) -> tuple[float, float]:
+    """Ends between which a stop near `angle` may lie: at the edge of the motion."""
+    s = stand.scales
+    ends = s.centre + np.sign(angle - s.centre) * s.reach * np.array([1 - PASSED, 1.05])
+    return float(ends.min()), float(ends.max())
 
 
 ORDER_OFF = 0.01
@@ -131,7 +144,6 @@ def plausible(stand: Bench, term: PhysicsTerm, name: str) -> tuple[float, float]
         ("structural_mode", "frequency_hz"): (0.1, 0.25 / s.period),
         ("structural_mode", "damping_ratio"): (1e-3, 0.3),
         ("structural_mode", "inertia_kg_m2"): (0.0, 2.0 * s.inertia),
-        ("end_stop", "angle_rad"): (low, high),
         ("end_stop", "stiffness_nm_rad"): (0.0, 300.0 * s.torque / s.reach),
         ("torque_constant_drift", "onset_s"): (0.0, 0.98 * s.seconds),
         ("torque_constant_drift", "rate_per_s"): (-0.1, 0.1),
@@ -186,6 +198,11 @@ def project(hand: Round, signatures: Array) -> tuple[Array, Array]:
     """Signatures less what the knobs in hand could take over, and the innovations left."""
     J = orthonormal(hand)
     return signatures - (signatures @ J) @ J.T, hand.fitted.residual
+
+
+def is_sensor(term: str) -> bool:
+    """Whether a term acts on what is measured rather than on the joint."""
+    return str(shelf("gsfdi.terms", PhysicsTerm)[term].place).endswith("sensor")
 
 
 def with_term(model: JointModel, use: TermUse) -> JointModel:

@@ -8,9 +8,9 @@ import numpy as np
 from gsfdi.fit import Fitted, covariance
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import KNOB_COST, Contest, is_sensor, missing, size_of, without
+from gsfdi.reconcile.compete import KNOB_COST, Contest, missing, size_of, without
 from gsfdi.reconcile.doubted import freed
-from gsfdi.reconcile.hand import Round, lay_out, plausible, term_knobs, with_term
+from gsfdi.reconcile.hand import Round, is_sensor, lay_out, plausible, term_knobs, with_term
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, refined_onset, within
 from gsfdi.reconcile.turning import fit_knobs

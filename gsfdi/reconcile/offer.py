@@ -225,7 +225,7 @@ def _shapes(term: PhysicsTerm, scales: Scales) -> Mapping[str, Sequence[float]]:
     """Grid of the numbers that enter non-linearly."""
     low, high = scales.centre - scales.reach, scales.centre + scales.reach
     spread = np.linspace(low, high, 11)[1:-1:2]
-    stops = [a for s in (0.03, 0.1, 0.2, 0.35) for a in (low + s * (high - low), high - s * (high - low))]
+    stops = [a for s in (0.03, 0.1, 0.19) for a in (low + s * (high - low), high - s * (high - low))]
     middle = scales.centre
     grids: dict[str, dict[str, Sequence[float]]] = {
         "stribeck_friction": {"velocity_rad_s": [s * scales.speed for s in (0.02, 0.06, 0.15, 0.35)]},

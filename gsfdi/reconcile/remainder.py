@@ -10,6 +10,7 @@ import numba
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
+from gsfdi.model import JointModel
 from gsfdi.reconcile.bench import Bench
 from gsfdi.types import Array
 
@@ -49,6 +50,16 @@ def missing_torque(stand: Bench, innovations: Sequence[Array], side: int = 0) ->
         )[:, n]
         for i, e in enumerate(innovations)
     ]
+
+
+def torque_between(stand: Bench, one: JointModel, *others: JointModel) -> Array:
+    """Torque by which each of the `others` differs from `one`, root mean square, as a share of the drive's."""
+    innovations = stand.innovations([one, *others])
+    found = []
+    for k in range(1, len(others) + 1):
+        torque = np.concatenate(missing_torque(stand, [e[0] - e[k] for e in innovations]))
+        found.append(np.sqrt(np.mean(torque**2)) / stand.scales.torque)
+    return np.array(found)
 
 
 @numba.njit(cache=True)

@@ -12,10 +12,11 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.bench import Bench, effort_floor
 from gsfdi.reconcile.calibrate import by_chance
-from gsfdi.reconcile.compete import Contest, compete, is_sensor
+from gsfdi.reconcile.compete import Contest, compete
 from gsfdi.reconcile.contract import Settled, settle_contract
+from gsfdi.reconcile.enough import hardly_moves, is_blind, nothing_told
 from gsfdi.reconcile.evidence import evidence_of
-from gsfdi.reconcile.hand import Round
+from gsfdi.reconcile.hand import Round, is_sensor
 from gsfdi.reconcile.judge import CLOSE, Name, names, torque_left, white_left
 from gsfdi.reconcile.parameters import Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
@@ -45,6 +46,9 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
     without : sequence of str
         Terms that the library must do without.
     """
+    if hardly_moves(records, model):
+        says = "The joint stands still in these recordings: nothing can be told from them. Record a motion."
+        return nothing_told(records[0].joint, says)
     terms = {name: term for name, term in shelf("gsfdi.terms", PhysicsTerm).items() if name not in without}
     settled = settle_contract(records, model, without)
     first, hand, contests = compete(settled.stand, settled.model, terms, settled.level)
@@ -102,6 +106,7 @@ def _told(case: _Case) -> Reconciliation:
             "p_value": _p_value(case, entries),
             "effect": max(0.0, 1.0 - noise_share_of(case)),
             "remains": left,
+            "smallest_seen": _smallest_seen(case, verdict),
             **locate.shares(stand, before, after),
         },
         location=_location(case, entries, before),
@@ -127,6 +132,17 @@ def _left(case: _Case) -> float:
     if left <= REMAINS:
         return left
     return min(left, max(REMAINS + 0.01, white_left(case.first, case.hand, case.floor)))
+
+
+def _smallest_seen(case: _Case, verdict: Outcome) -> list[dict[str, Any]]:
+    """Lay out the least of every term that would have been named, where nothing was."""
+    if verdict not in ("no_mismatch", "not_enough_data"):
+        return []
+    axis = case.nominal.axis
+    return [
+        {"term": s.term, "side": s.side, "parameters": {spelled(s.parameter, axis): s.value}}
+        for s in case.contests[-1].smallest
+    ]
 
 
 def noise_share_of(case: _Case) -> float:
@@ -230,6 +246,8 @@ def _shift_entries(moved: Sequence[Shift]) -> list[dict[str, Any]]:
     ]
 
 
+APART = 0.03
+"""Share of the time by which two things set in apart from each other."""
 CONSTANTS = ("torque_constant_change", "torque_constant_drift", "current_gain")
 """Terms that each say how much torque an ampere makes."""
 
@@ -239,9 +257,14 @@ def _verdict(case: _Case, entries: Sequence[Mapping[str, Any]], left: float, rem
     known = float(np.sqrt(np.sum(case.floor**2))) / case.stand.scales.torque
     material = remains > max(MATERIAL, 3 * known)
     if not entries:
-        return "unexplained" if material else "no_mismatch"
+        quiet: Outcome = "not_enough_data" if is_blind(case.first) else "no_mismatch"
+        return "unexplained" if material else quiet
     piled = [name.use.term for name in case.found if name.use.term in CONSTANTS]
-    if len(piled) > 1:  # a motor whose constant changes twice has another law than any of these
+    onsets = [name.use.onset for name in case.found if name.use.onset is not None]
+    scattered = len(onsets) > 1 and max(onsets) - min(onsets) > APART * case.stand.scales.seconds
+    if len(piled) > 1 or scattered:
+        # a motor whose constant changes twice has another law than any of these, and so has a joint in which one
+        # thing after another sets in within one recording
         return "partly_explained"
     if left <= REMAINS or remains <= 2 * known or not (case.found or material):
         return "explained"
@@ -330,6 +353,8 @@ def _says(verdict: Outcome, entries: Sequence[Mapping[str, Any]], case: _Case, l
     named = ", ".join(str(e["term"]).replace("_", " ") for e in entries)
     if verdict == "no_mismatch":
         return "Simulation and recording agree to within noise and the tolerance of the model's numbers."
+    if verdict == "not_enough_data":
+        return "The recordings hardly move the joint: not even its inertia shows in them, and nothing else would."
     if verdict == "unexplained" and not entries:
         return "Simulation and recording differ, and nothing in the library accounts for it; the location still stands."
     if verdict == "explained":

@@ -58,6 +58,8 @@ class Screening:
     bare: Array
     """(columns, rows) signatures less what the knobs in hand could take over."""
     information: Array
+    offers: tuple[tuple[Offer, slice], ...]
+    """Everything that was tried, with the rows of its signatures."""
 
 
 def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
@@ -72,9 +74,9 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
     onsets = np.concatenate([[0.0], late])
     sums = tails(signatures, J, hand.fitted.residual, np.searchsorted(stand_times(stand), onsets))
     first = np.cumsum([0, *(len(offer.columns) for offer in candidates)])
+    offers = tuple((offer, slice(*ends)) for offer, ends in zip(candidates, itertools.pairwise(first), strict=True))
     entries = []
-    for i, offer in enumerate(candidates):
-        rows = slice(first[i], first[i + 1])
+    for offer, rows in offers:
         if may_always_be(offer):
             entries.append(_entry(offer, rows, None, *(part[rows] for part in sums[0])))
         if may_set_in(offer):
@@ -84,7 +86,7 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
             entries.append(stepped(hand, offer))
     bare = signatures - (signatures @ J) @ J.T
     ranked = sorted((e for e in entries if e is not None), key=lambda e: -e.linear + onset_cost(e))
-    return Screening(tuple(ranked), bare, np.sum(bare**2, axis=1))
+    return Screening(tuple(ranked), bare, np.sum(bare**2, axis=1), offers)
 
 
 def onset_cost(entry: Entry) -> float:

@@ -219,6 +219,13 @@ def parameters(term: Fields) -> list[dict[str, object]]:
     return rows
 
 
+def unseen(joint: Fields) -> list[dict[str, object]]:
+    """Tabulate the least of each term that would have been seen."""
+    found = (joint.get("mismatch") or {}).get("smallest_seen") or ()
+    plain = [{**item, "parameters": {key: {"value": v} for key, v in item["parameters"].items()}} for item in found]
+    return [{"name": named(item), "rows": parameters(item)} for item in plain]
+
+
 def part(index: int, story: Story, columns: int) -> dict[str, object]:
     """Gather what the page says of one joint."""
     joint, evidence, name = story.joint, story.evidence, str(story.joint["joint"])
@@ -233,6 +240,7 @@ def part(index: int, story: Story, columns: int) -> dict[str, object]:
         "location": joint.get("location") or {},
         "signals": ", ".join(quantity(name)[0] for name in (joint.get("location") or {}).get("signals") or ()),
         "terms": [{"term": term, "name": named(term), "rows": parameters(term)} for term in joint["omitted_physics"]],
+        "unseen": unseen(joint),
         "indistinguishable": [" · ".join(map(words, group)) for group in joint.get("indistinguishable") or ()],
         "experiments": list(evidence.get("experiments", ())),
         "fit": fit_rows(joint),
