@@ -26,7 +26,22 @@ import recordings
 from gsfdi.canonical import write_parquet
 
 RESULTS = Path(__file__).parent / "results" / "fuzz.json"
-PARTS = (cdr, csv_file, idl, jsons, layout, mcap_file, parquet_file, proto, quality, records, rows, select, tables, topic)
+PARTS = (
+    cdr,
+    csv_file,
+    idl,
+    jsons,
+    layout,
+    mcap_file,
+    parquet_file,
+    proto,
+    quality,
+    records,
+    rows,
+    select,
+    tables,
+    topic,
+)
 SHOWN = 200
 
 
