@@ -9,6 +9,7 @@ different motion changes counts as normal variation.
 
 from collections.abc import Mapping, Sequence
 
+import numba
 import numpy as np
 from scipy import stats
 
@@ -26,8 +27,8 @@ class _Tally:
 
     def __init__(self, nominal: Nominal, settings: Mapping[str, float]) -> None:
         self.nominal, self.block = nominal, max(int(settings["block_s"] / nominal.step), 20)
-        self.rows: list[dict[str, float]] = []
-        self.shown: list[Array] = []
+        self.rows: list[Array] = []
+        self.shown = Thinned()
 
     def add(self, watched: Watched) -> None:
         values = watched.stretch.values
@@ -37,26 +38,47 @@ class _Tally:
         nan = np.full(len(position), np.nan)
         velocity = values[self.nominal.velocity] if self.nominal.velocity else nan
         columns = [watched.stretch.t, values.get("setpoint", nan), position, effort, velocity, tracking]
-        self.shown.append(_thinned(np.column_stack(columns), max(1, len(position) // POINTS)))
+        self.shown.add(np.column_stack(columns))
         for low in range(0, len(position) - self.block + 1, self.block):
             part = slice(low, low + self.block)
-            self.rows.append(_features(speed[part], effort[part], tracking[part], self.nominal.slow, self.nominal.step))
+            block = (np.ascontiguousarray(some[part]) for some in (speed, effort, tracking))
+            self.rows.append(_features(*block, self.nominal.slow, self.nominal.step))
 
     def numbers(self) -> dict[str, Array]:
         if not self.rows:
             return {}
         found = {}
-        for name in FEATURES:
-            known = [row[name] for row in self.rows if np.isfinite(row.get(name, np.nan))]
+        for name, column in zip(FEATURES, np.array(self.rows).T, strict=True):
+            known = column[np.isfinite(column)]
             halves = [known[: len(known) // 2], known[len(known) // 2 :]]
-            found[name] = np.array([np.median(some) if some else np.nan for some in (known, *halves)])
-        shown = np.concatenate(self.shown)
-        return {**found, "shown": _thinned(shown, max(1, len(shown) // POINTS))}
+            found[name] = np.array([np.median(some) if len(some) else np.nan for some in (known, *halves)])
+        shown = self.shown.rows()
+        return {**found, "shown": shown[:: max(1, len(shown) // POINTS)].copy()}
 
 
-def _thinned(rows: Array, every: int) -> Array:
-    """Every so manieth row, none of them invented."""
-    return rows[::every].copy()
+class Thinned:
+    """Rows of which every so manieth is kept, none of them invented; fewer and fewer, so that memory stays flat."""
+
+    def __init__(self) -> None:
+        self._every, self._seen = 1, 0
+        self._parts: list[Array] = []
+
+    def add(self, rows: Array) -> None:
+        """Take in more rows.
+
+        Parameters
+        ----------
+        rows : (n, k) array
+        """
+        self._parts.append(rows[-self._seen % self._every :: self._every].copy())
+        self._seen += len(rows)
+        while sum(len(part) for part in self._parts) > 4 * POINTS:
+            self._every *= 2
+            self._parts = [self.rows()[::2].copy()]
+
+    def rows(self) -> Array:
+        """What was kept."""
+        return np.concatenate(self._parts)
 
 
 FEATURES = (
@@ -67,37 +89,45 @@ FEATURES = (
 )  # fmt: skip
 
 
-def _features(speed: Array, effort: Array, tracking: Array, slow: float, step: float) -> dict[str, float]:
-    """Features of one block; those whose kind of motion it lacks are left out."""
-    found: dict[str, float] = {}
-    slewing = np.abs(speed) > 3.0 * slow
-    rest = np.abs(speed) < slow
-    tracked = bool(np.isfinite(tracking).all())
-    found["effort peak"] = float(np.quantile(np.abs(effort), 0.98))
+@numba.njit(cache=True)
+def _slope(values: Array, step: float) -> Array:  # pragma: no cover
+    """Rate of change, as `numpy.gradient` has it."""
+    out = np.empty(len(values))
+    out[0], out[-1] = (values[1] - values[0]) / step, (values[-1] - values[-2]) / step
+    out[1:-1] = (values[2:] - values[:-2]) / (2.0 * step)
+    return out
+
+
+@numba.njit(cache=True)
+def _features(speed: Array, effort: Array, tracking: Array, slow: float, step: float) -> Array:  # pragma: no cover
+    """Features of one block, in the order of `FEATURES`; NaN for those whose kind of motion it lacks."""
+    found = np.full(14, np.nan)
+    slewing, rest = np.abs(speed) > 3.0 * slow, np.abs(speed) < slow
+    tracked = np.isfinite(tracking).all()
+    found[3] = np.quantile(np.abs(effort), 0.98)
     if slewing.mean() > 0.3:
-        moving = effort[slewing]
-        way = np.sign(speed[slewing])
-        found["effort mean while slewing"] = float(np.mean(moving * way))
-        found["effort rms while slewing"] = float(np.sqrt(np.mean(moving**2)))
-        found["effort spread while slewing"] = float(np.std(moving))
-        found["effort asymmetry of direction"] = float(np.mean(moving))
-        acceleration = np.gradient(speed, step)
-        if np.std(acceleration) > 0 and np.std(effort) > 0:
-            found["effort against acceleration"] = float(np.corrcoef(acceleration, effort)[0, 1])
+        moving, way = effort[slewing], np.sign(speed[slewing])
+        found[0] = np.mean(moving * way)
+        found[1] = np.sqrt(np.mean(moving**2))
+        found[2] = np.std(moving)
+        found[6] = np.mean(moving)
+        acceleration = _slope(speed, step)
+        spread = np.std(acceleration) * np.std(effort)
+        if spread > 0:
+            found[7] = np.mean((acceleration - acceleration.mean()) * (effort - effort.mean())) / spread
         if tracked:
-            found["tracking rms while slewing"] = float(np.sqrt(np.mean(tracking[slewing] ** 2)))
-            found["tracking mean while slewing"] = float(np.mean(tracking[slewing] * way))
-            found["rate error rms while slewing"] = float(np.std(np.gradient(tracking, step)[slewing]))
+            found[8] = np.sqrt(np.mean(tracking[slewing] ** 2))
+            found[9] = np.mean(tracking[slewing] * way)
+            found[12] = np.std(_slope(tracking, step)[slewing])
     if rest.mean() > 0.5:
-        found["effort mean at rest"] = float(np.mean(effort[rest]))
-        found["effort rms at rest"] = float(np.std(effort[rest]))
+        found[4] = np.mean(effort[rest])
+        found[5] = np.std(effort[rest])
         if tracked:
-            found["tracking mean at rest"] = float(np.mean(tracking[rest]))
+            found[11] = np.mean(tracking[rest])
     if tracked:
-        found["tracking peak"] = float(np.quantile(np.abs(tracking), 0.98))
-        found["tracking trend"] = float(
-            np.mean(tracking[len(tracking) // 2 :]) - np.mean(tracking[: len(tracking) // 2])
-        )
+        half = len(tracking) // 2
+        found[10] = np.quantile(np.abs(tracking), 0.98)
+        found[13] = np.mean(tracking[half:]) - np.mean(tracking[:half])
     return found
 
 
