@@ -101,3 +101,20 @@ def test_sine_and_cosine_keep_their_rate_however_alike_they_are(alike: float) ->
         largest.append(lean.z)
     assert max(largest) < 3.3, "forty batches: one in a thousand each"
     assert np.median(largest) > 0.5, "nor is it blind"
+
+
+def test_a_step_is_dated_to_where_it_was_first_seen() -> None:
+    """Of a long batch most is screened only; between what was scored, every onset explains as much."""
+    directions = library(True, True, temperature=False)
+    j = [one.key for one in directions].index("viscous_friction:motor")
+    sums = {key: np.zeros((1000, len(directions))) for key in "ghx"}
+    scored = np.r_[0:100, 150:160, 600:700]
+    rng = np.random.default_rng(8)
+    sums["h"][scored, j] = 100.0
+    sums["g"][scored, j] = 10.0 * rng.standard_normal(len(scored)) + 100.0 * (scored >= 600)
+    energy = np.column_stack([2.0 * (sums["h"][:, j] > 0), sums["h"][:, j] > 0])
+    batch = {**sums, "energy": energy, "width": np.array([2.0]), "kind": np.array([1.0, 1.0, 0.0])}
+    none = np.zeros(len(directions))
+    known = dict.fromkeys(("lean", "drift", "lean_var", "between", "swing", "shared"), none)
+    (lean,) = innovations.leans(batch, {**known, "within": none + 1.0, "tolerance": np.zeros(1)}, directions)
+    assert (lean.onset, lean.ramp) == (600, False)

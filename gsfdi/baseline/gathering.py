@@ -16,10 +16,17 @@ SLAB = 60.0
 """Long stretches are taken in slabs of this length [s]."""
 WHOLE = 900.0
 """Seconds of a batch that are always scored in full."""
-SHARE = 0.05
-"""Share of a longer batch that is scored in full however usual it is."""
-UNUSUAL = 1.5
-"""Times the usual power of the innovations at which a slab is scored whatever the length of the batch."""
+SHARE = 0.02
+"""Share of a longer batch that is scored in full however usual it is.
+
+A batch cannot be judged more surely than the baseline was learnt: the error of a fault's size goes with the root of one
+over the seconds scored plus one over those learnt from, of which there are minutes. Every fiftieth minute of a day, and
+the first quarter of an hour, are already more than that."""
+UNUSUAL = 1.25
+"""Times the usual power of the innovations at which a slab is scored whatever the length of the batch.
+
+Chance alone moves the power of six thousand samples by about one hundredth, a fault of fifty deviations in the slab by
+a quarter. What is fainter and lasts is found in the slabs that are scored anyway."""
 
 
 def detectors() -> dict[str, Detector]:
@@ -45,7 +52,7 @@ def gather(
         Changed knobs by detector.
     usual : float, optional
         Mean weighted square of the fault-free innovations. With it, what lies beyond the first `WHOLE` seconds is
-        scored in part only: every twentieth slab, and each whose innovations are not as usual.
+        scored in part only: every fiftieth slab, and each whose innovations are not as usual.
     """
     run = observer(nominal)
     quick = screen(run)

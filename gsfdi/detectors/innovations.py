@@ -297,7 +297,9 @@ def _strongest(
     for ramp in (False, True):
         sums = _sums(g, info, late, spread, ramp)
         safe = np.diagonal(sums.info, axis1=1, axis2=2) > (1e-5 * late[:, None] ** 2 * tail if ramp else 0.0)
-        gain = np.where(told & safe.all(axis=1), _deviations(sums.g, sums.info), 0.0) ** 2
+        # Where nothing was scored a step could have set in anywhere: it is dated to where it was first seen.
+        dated = told & (ramp | (h > 0).any(axis=1))
+        gain = np.where(dated & safe.all(axis=1), _deviations(sums.g, sums.info), 0.0) ** 2
         at = int(np.argmax(gain))
         if gain[at] > best.gain * (1.001 if ramp else 1.0) + (RAMP if ramp else 0.0):
             best = _described(best, g, sums, late, at, ramp)

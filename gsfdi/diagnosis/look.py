@@ -52,6 +52,9 @@ class Look:
 
 def samples_of(values: Array) -> int:
     """How many samples a channel should have: a slower one leaves even holes, samples lost leave uneven ones."""
-    steps = np.diff(np.flatnonzero(~np.isnan(values)))
+    lacking = np.isnan(values)
+    if not lacking.any():
+        return len(values)
+    steps = np.diff(np.flatnonzero(~lacking))
     even = len(steps) > 0 and float(np.mean(steps == np.median(steps))) > 0.8
     return len(steps) + 1 if even else len(values)
