@@ -33,8 +33,6 @@ WHOLE = 0.85
 """Share of everything that the setpoint accounts for that a finding must hold."""
 BETWEEN = 0.03
 """Standard deviation, in ticks, of what reading between samples costs a delay."""
-NEAR_TOP = 0.95
-"""Share of the greatest effort from which it may be at a limit, where the integral waits and the law makes a step."""
 DELAYS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 """Ticks by which measurements may be stamped late."""
 
@@ -78,7 +76,7 @@ class _Trial:
 
 
 def instrumental(pair: Blind, law: Controller, findings: Sequence[LawFinding], least: float) -> list[LawFinding]:
-    """What may be wrong beside `findings`: what alone holds all that the setpoint accounts for, or a step.
+    """What may be wrong beside `findings`: what alone holds all that the setpoint accounts for.
 
     Nothing that moves the effort by less than `least` is given.
     """
@@ -104,8 +102,6 @@ def instrumental(pair: Blind, law: Controller, findings: Sequence[LawFinding], l
     found = [_sized(t, misfit, power, whole) for t in trials if abs(t.size(misfit)) * t.felt > least]
     if not any("delay_s" in f.values for f in findings):
         found.append(_delayed(delays, misfit, power, whole, 1.0 / law.sample_rate))
-    if len(seen) == 1 and not {"current_bias", "current_limit"} & taken:
-        found.append(_stepped(misfit, float(white.taps.sum()), seen[0], least))
     return [finding for finding in found if finding is not None]
 
 
@@ -130,28 +126,6 @@ def _delayed(delays: dict[float, Array], misfit: Array, power: float, whole: flo
         return None
     delay, spread = share * near * period, float(np.hypot(np.sqrt(power / (z @ z)) * near, BETWEEN)) * period
     return LawFinding("timestamp_latency", {"delay_s": delay}, None, 0.5 * drop / power, drop / whole, spread)
-
-
-def _stepped(misfit: Array, lasting: float, sheet: Sheet, least: float) -> LawFinding | None:
-    """Give the bias of the effort's sensor that sets in where it accounts for most; a step of 1 is `lasting`, white."""
-    n = len(misfit)
-    k = np.arange(2 * ORDER, n - 2 * ORDER)
-    if len(k) == 0 or lasting <= 0:
-        return None
-    total = np.cumsum(misfit)
-    sizes = ((total[-1] - total[k]) / (n - 1 - k) - total[k] / (k + 1)) / lasting
-    info = lasting**2 * (k + 1) * (n - 1 - k) / n
-    best = int(np.argmax(sizes**2 * info))
-    drop, size = float(sizes[best] ** 2 * info[best]), float(sizes[best])
-    power = float(misfit @ misfit - drop) / n
-    rest = misfit - size * lasting * (np.arange(n) > k[best])
-    place = int(k[best]) + 1 + ORDER
-    at_top = np.abs(sheet.effort[place - ORDER : place + ORDER]).max() > NEAR_TOP * np.abs(sheet.effort).max()
-    if abs(size) < least or at_top or not _steady(np.ones(n), np.ones(n), rest - rest.mean(), 0.0, power):
-        return None
-    onset, spread = float(sheet.t[place]), float(np.sqrt(power / info[best]))
-    gain = 0.5 * drop / power - float(np.log(n))
-    return LawFinding("current_bias", {"bias_a": size}, onset, gain, drop / float(misfit @ misfit), spread)
 
 
 def _steady(shown: Array, seen: Array, misfit: Array, slope: float, power: float) -> bool:
