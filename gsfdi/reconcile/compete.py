@@ -22,6 +22,7 @@ from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset, refit, screen
 from gsfdi.reconcile.smallest import Smallest, smallest
+from gsfdi.reconcile.surplus import lowered
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.waves import worthy_orders
 from gsfdi.types import Array
@@ -294,5 +295,6 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) 
         found = [replace(o, side=None) for o in found if o.side != "motor"]
     if stand.model.axis == "linear":
         found = [o for o in found if o.term != "gravity_unbalance"]  # its weight does not turn
+    found = [lowered(offer, stand.model, shelf_terms[offer.term]) for offer in found]
     there = {(u.term, u.side) for u in hand.fitted.model.physics[given:] if not shelf_terms[u.term].several}
     return [o for o in found if (o.term, o.side) not in there]

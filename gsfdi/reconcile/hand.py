@@ -9,6 +9,7 @@ from gsfdi.fit import START, Fitted, Knob, Started, slopes
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench, process_noise
+from gsfdi.reconcile.surplus import surplus
 from gsfdi.reconcile.turning import DOUBT, believed, fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -72,6 +73,8 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
             if param.name not in ("phase_rad", "angle_rad")
             else (low, high)
         )
+        if param is term.params[0] and (spare := surplus(stand.model, term, use.side)) > 0:
+            low = -spare
         scale = abs(value - (param.neutral or 0.0)) or param.typical
         if param.neutral is None:
             scale = _shape_scale(stand, term, param.name, scale)

@@ -12,7 +12,7 @@ from gsfdi.reconcile.compete import KNOB_COST, Contest, missing, size_of, withou
 from gsfdi.reconcile.doubted import freed
 from gsfdi.reconcile.hand import Round, is_sensor, lay_out, plausible, term_knobs, with_term
 from gsfdi.reconcile.say import CONFUSED
-from gsfdi.reconcile.screen import ONSETS, Entry, refined_onset, within
+from gsfdi.reconcile.screen import ONSETS, Entry, allowed, refined_onset
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -138,7 +138,7 @@ def unfitted_likes(own: TermUse, contest: Contest) -> list[Entry]:
 def first_guess(entry: Entry) -> TermUse | None:
     """Term of an offer with the numbers that regression gave it."""
     values = entry.offer.mix(entry.coefficients)
-    return None if values is None else entry.offer.use(within(entry.offer.term, values), entry.onset)
+    return None if values is None else entry.offer.use(allowed(entry.offer, values), entry.onset)
 
 
 def names(

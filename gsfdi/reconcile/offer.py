@@ -71,12 +71,15 @@ class Offer:
         Trial values, one mapping a column.
     mix : callable
         Coefficients of the columns -> values of the term, or None where no such term can exist.
+    least : float
+        Least value of its first number where the model holds so much of it that less may be true, else 0.
     """
 
     term: str
     side: Side | None
     columns: tuple[Values, ...]
     mix: Callable[[Array], Values | None]
+    least: float = 0.0
 
     def use(self, values: Values, onset: float | None = None) -> TermUse:
         """Write the term as a model holds it."""

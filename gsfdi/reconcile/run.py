@@ -23,6 +23,7 @@ from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
 from gsfdi.reconcile.sheet import LawFinding
+from gsfdi.reconcile.surplus import merged
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
 
@@ -284,7 +285,7 @@ def final_model(case: _Case, lone: Sequence[Shift]) -> JointModel:
         TermUse(f.term, dict(f.values), None, f.onset)
         for f in [*late, *([case.settled.coarse] if case.settled.coarse else [])]
     ]
-    return replace(source, sensors=case.nominal.sensors, physics=(*source.physics, *extra))
+    return merged(replace(source, sensors=case.nominal.sensors, physics=(*source.physics, *extra)))
 
 
 def _groups(case: _Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:

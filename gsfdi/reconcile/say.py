@@ -48,6 +48,8 @@ def sentence(use: TermUse, term: PhysicsTerm | None, gain_share: float, axis: st
     meaning = term.meaning if term is not None else "the controller's gain is not the one in the model"
     numbers = ", ".join(f"{spelled(name, axis)} = {value:.4g}" for name, value in use.values.items())
     text = f"{meaning} ({numbers})"
+    if term is not None and len(term.params) == 1 and min(use.values.values(), default=0.0) < 0.0 == term.params[0].low:
+        text += ", by so much less than the model holds"
     if use.onset is not None:
         text += f", from {use.onset:.1f} s on"
     text += f"; it accounts for {100 * gain_share:.0f} % of the mismatch that the parameters leave"

@@ -162,7 +162,8 @@ def _entry(offer: Offer, rows: slice, onset: float | None, own: Array, cross: Ar
     if np.any(np.diag(info) < 1e-6 * own[:, 0] + 1e-12):
         return None
     c = np.asarray(np.linalg.solve(info + 1e-9 * np.diag(np.diag(info)), -score), dtype=np.float64)
-    if offer.mix(c) is None:
+    values = offer.mix(c)
+    if values is None or (onset is not None and is_less(offer, values)):  # no model file holds less from a time on
         return None
     return Entry(offer, onset, c, float(-0.5 * score @ c), (rows.start, rows.stop))
 
@@ -177,7 +178,7 @@ def refit(hand: Round, entry: Entry, rounds: int = 3) -> Entry:
     values = entry.offer.mix(entry.coefficients)
     if values is None:
         return entry
-    values = tuned(hand, entry, within(entry.offer.term, values))
+    values = tuned(hand, entry, allowed(entry.offer, values))
     model = with_term(hand.fitted.model, entry.offer.use(values, entry.onset))
     place = len(model.physics) - 1
     knobs = [*hand.fitted.knobs, *term_knobs(hand.stand, model, place)]
@@ -234,6 +235,16 @@ def refined_onset(hand: Round, fitted: Fitted, place: int, width: float, known: 
         width /= 4.0
         fitted = fit_knobs(hand.misfit, model, fitted.knobs, 1, known)
     return fit_knobs(hand.misfit, fitted.model, fitted.knobs, 2, known)
+
+
+def allowed(offer: Offer, values: Mapping[str, float]) -> Mapping[str, float]:
+    """`values` of an offer brought within the shelf's bounds, or within what the model can spare of its term."""
+    return values if is_less(offer, values) else within(offer.term, values)
+
+
+def is_less(offer: Offer, values: Mapping[str, float]) -> bool:
+    """Whether `values` take something off what the model holds of the offer's term."""
+    return offer.least <= next(iter(values.values())) < 0.0
 
 
 def within(term: str, values: Mapping[str, float]) -> dict[str, float]:
