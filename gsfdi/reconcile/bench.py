@@ -155,13 +155,22 @@ class Bench:
         wait = round(WARM_UP / self.scales.period)
         starts = np.flatnonzero(steps == 0)
         since = np.arange(len(steps)) - starts[np.searchsorted(starts, np.arange(len(steps)), side="right") - 1]
-        low, high = self.held_out
-        used = (since >= wait) & ~((self.records[record].t >= low) & (self.records[record].t < high))
+        used = (since >= wait) & ~self.kept(record)
         return np.repeat(used.astype(np.float64), len(self.system.rows))
+
+    def kept(self, record: int) -> Mask:
+        """Rows of a stretch that are kept for judging: the same share of every recording, however long it is."""
+        share = self.records[record].t / self.seconds(record)
+        return np.asarray((share >= self.window[0]) & (share < self.window[1]))
+
+    def seconds(self, record: int) -> float:
+        """Length of the recording that a stretch was cut from [s]."""
+        own = self.records[record]
+        return max(float(r.t[-1]) for r in self.records if (r.source, r.t0_ns) == (own.source, own.t0_ns))
 
     @property
     def held_out(self) -> tuple[float, float]:
-        """First and last second of the part that is kept for judging and takes no part in choosing or fitting."""
+        """First and last second of the part of the longest recording that takes no part in choosing or fitting."""
         return self.window[0] * self.scales.seconds, self.window[1] * self.scales.seconds
 
     def blocks(self) -> Ints:
@@ -230,10 +239,10 @@ def typical_window(stand: Bench, innovations: Sequence[Array]) -> tuple[float, f
         Of the nominal model with its numbers fitted.
     """
     power, when = [], []
-    for e, record in zip(innovations, stand.records, strict=True):
+    for i, (e, record) in enumerate(zip(innovations, stand.records, strict=True)):
         rows = np.nan_to_num(e[:, list(stand.system.rows)])
         power.append(np.sum(rows**2 / stand.system.R, axis=1))
-        when.append(record.t / stand.scales.seconds)
+        when.append(record.t / stand.seconds(i))
     energy, t = np.concatenate(power), np.concatenate(when)
     whole = float(energy[t > 0.02].sum()) or 1.0
     shares = [float(energy[(t >= low) & (t < high)].sum()) / whole for low, high in WINDOWS]

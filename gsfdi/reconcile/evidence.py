@@ -35,11 +35,10 @@ def evidence_of(
 def overlays(case: "_Case", model: JointModel) -> list[dict[str, Any]]:
     """Recording, nominal and updated simulation on the held-out part of the first stretch that has one."""
     stand = case.stand
-    low, high = stand.held_out
     olds, news = free_run(stand, case.nominal), free_run(stand, model)
     found = []
-    for record, old, new in zip(stand.records, olds, news, strict=True):
-        part = (record.t >= low) & (record.t < high)
+    for i, (record, old, new) in enumerate(zip(stand.records, olds, news, strict=True)):
+        part = stand.kept(i)
         if part.sum() < 20:
             continue
         rows = [(record.effort, old.effort, new.effort), ("position", old.position, new.position)]

@@ -29,11 +29,10 @@ def free_run(stand: Bench, model: JointModel) -> list[Trace]:
 
 def misfit(stand: Bench, model: JointModel) -> dict[str, float]:
     """Root-mean-square difference of simulation and recording on the held-out part, by column name."""
-    low, high = stand.held_out
     axis = stand.model.axis
     squares: dict[str, list[Array]] = {}
-    for record, trace in zip(stand.records, free_run(stand, model), strict=True):
-        part = (record.t >= low) & (record.t < high)
+    for i, (record, trace) in enumerate(zip(stand.records, free_run(stand, model), strict=True)):
+        part = stand.kept(i)
         pairs: dict[str, tuple[Array, Array]] = {"position": (record["position"], trace.position)}
         if model.controller is not None and "setpoint" in record:
             pairs[record.effort] = (record[record.effort], trace.effort)
