@@ -10,9 +10,11 @@ intervals' sake: along the gauge of torque, friction is known no better than the
 from dataclasses import replace
 
 from gsfdi.model import JointModel, Side, TermUse
+from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.hand import Round, lay_out, plant_knobs, settle, term_knobs, with_term
 from gsfdi.reconcile.turning import DOUBT, fit_knobs
+from gsfdi.registry import shelf
 from gsfdi.types import Array
 
 PLAIN = {"viscous_friction": "coefficient_nms_rad", "coulomb_friction": "torque_nm", "constant_load": "torque_nm"}
@@ -49,14 +51,16 @@ def estimated(stand: Bench, model: JointModel, floor: Array) -> JointModel:
 def moot_terms(model: JointModel) -> frozenset[str]:
     """Terms that say no more than that a doubted number of `model` is another.
 
-    A rigid joint tells only torque over inertia: where one of them is doubted, a change of the other says nothing.
+    A rigid joint tells only torque over inertia: where one of them is doubted, a change of the other says nothing. And
+    where nobody knows what torque an ampere makes, nobody can say that it makes less of it at times.
     """
     found = {f"{name}_change" for name, share in model.trust.items() if share > DOUBT}
     scale = {"torque_constant_change", "output_inertia_change"}
     if model.structure == "rigid" and found & scale:
         found |= scale
     if "torque_constant_change" in found:
-        found.add("current_gain")
+        terms = shelf("gsfdi.terms", PhysicsTerm).values()
+        found |= {"current_gain", *(term.name for term in terms if term.place == "torque_constant")}
     return frozenset(found)
 
 
