@@ -2,16 +2,24 @@
 
 import json
 import os
+import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gsfdi.cli import run
 from gsfdi.pipeline.analyze import analyze
 from gsfdi.pipeline.baseline import baseline
 from gsfdi.pipeline.ingest import ingest
+from gsfdi.reconcile import reconcile
 
 ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT / "benchmarks"))
+import arm  # noqa: E402
+import motor  # noqa: E402
+
 REAL = Path(os.environ.get("GSFDI_REAL", ROOT / ".." / "shared" / "real"))
 CONFIGS = ROOT / "configs"
 pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason="the real recordings are not here")
@@ -67,3 +75,29 @@ def test_files_without_joints_are_told_so(tmp_path: Path, capfd: pytest.CaptureF
     assert "holds no joint telemetry" in err
     assert run(["ingest", str(talker), "--dry-run"]) == 0
     assert "/topic" in capfd.readouterr().out
+
+
+def test_friction_of_an_arm_whose_drive_gain_is_unknown_holds_on_another_day() -> None:
+    learnt, other = arm.recorded(arm.LEARNT), arm.recorded(arm.OTHERS[1])
+    guess = replace(arm.GUESS, plant=replace(arm.GUESS.plant, torque_constant=20.0))
+    model = reconcile([learnt], guess).updated_model
+    assert model is not None
+    sizes = {use.term: next(iter(use.values.values())) / model.plant.torque_constant for use in model.physics}
+    assert sizes["viscous_friction"] == pytest.approx(2.3, rel=0.2)  # amperes per rad/s, by least squares on this file
+    assert arm.missing(other, model) < 0.5 * arm.missing(other, guess)
+
+
+def test_the_missing_torque_of_a_motor_has_the_orders_of_its_measured_cogging() -> None:
+    angle, held = motor.map_of("coggingmap_0__cogging_measure_final_a_16")
+    orders = np.arange(1.0, 41.0)
+    known = motor.orders_of(angle, held, orders)
+    sweep = motor.even("slow2_slower__nocomp_0", 50.0)
+    found = motor.orders_of(sweep["position"], motor.lacking(sweep), orders)
+    assert set(np.argsort(-found)[:5]) == set(np.argsort(-known)[:5])
+    assert found[6] == pytest.approx(known[6], rel=0.1)
+
+
+def test_cogging_of_a_motor_whose_numbers_are_measured_is_named() -> None:
+    answer = reconcile([motor.even("slow2__nocomp_0", 50.0)], motor.NOMINAL, without=motor.MEASURED)
+    (wave,) = [entry["parameters"] for entry in answer.omitted_physics if entry["term"] == "cogging"]
+    assert wave["order"]["value"] == pytest.approx(7.0, rel=0.01)
