@@ -38,14 +38,19 @@ def joints() -> dict[str, JointModel]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--batches", type=int, default=150, help="fault-free batches per joint")
+    parser.add_argument("--seed", type=int, default=0, help="first of the seeds that everything is drawn from")
     parser.add_argument("--duration", type=float, default=60.0, help="seconds of each")
     given = parser.parse_args()
     promises = (0.1 / 365.0, 0.01, 0.05)
     kept: dict[str, dict[str, object]] = {}
     for name, model in joints().items():
         nominal = replace(model, physics=())
-        known = learn_joint([simulate_record(model, seed=s, duration=given.duration) for s in range(6)], nominal)
-        batches = [simulate_record(model, seed=1000 + s, duration=given.duration) for s in range(given.batches)]
+        known = learn_joint(
+            [simulate_record(model, seed=given.seed + s, duration=given.duration) for s in range(6)], nominal
+        )
+        batches = [
+            simulate_record(model, seed=given.seed + 1000 + s, duration=given.duration) for s in range(given.batches)
+        ]
         row: dict[str, object] = {}
         for promise in promises:
             limits = Limits(false_alarms_per_joint_year=promise * 365.0)

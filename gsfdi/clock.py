@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gsfdi.passes import rises, sampled
+from gsfdi.passes import quantile, rises, sampled
 from gsfdi.types import Array, Mask
 
 LEFT_OUT = ("duplicate", "out_of_order", "clock_jump", "no_stamp", "undecodable", "corrupt_row")
@@ -118,7 +118,7 @@ def time_summary(t: Array) -> dict[str, float]:
     if len(t) < 2:
         return {"samples": float(len(t)), "span_s": 0.0, "rate_hz": 0.0, "gaps": 0.0, "longest_gap_s": 0.0}
     steps = np.diff(t)
-    usual = float(np.median(sampled(steps)))
+    usual = quantile(sampled(steps), 0.5)
     gaps = steps > GAP * usual
     return {
         "samples": float(len(t)),

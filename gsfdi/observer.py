@@ -138,7 +138,7 @@ def innovations(
     return e, states, used
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, fastmath={"contract"})
 def power(
     A: Array,
     B: Array,

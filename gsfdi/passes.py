@@ -17,6 +17,12 @@ def sampled(values: Array) -> Array:
     return values[:: len(values) // SAMPLED | 1] if len(values) >= 2 * SAMPLED else values
 
 
+def quantile(values: Array, share: float) -> float:
+    """The value that this share of the values lies below, one of them."""
+    at = int(share * (len(values) - 1))
+    return float(np.partition(values, at)[at])
+
+
 @numba.njit(cache=True)
 def screen(values: Array, limit: float) -> tuple[int, int]:
     """Count the values that are missing, and those beyond the limit."""

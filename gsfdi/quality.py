@@ -10,7 +10,7 @@ import numpy as np
 
 from gsfdi.channels import Axis
 from gsfdi.clock import time_summary
-from gsfdi.passes import alone, at_limit, extent, runs, sampled, screen
+from gsfdi.passes import alone, at_limit, extent, quantile, runs, sampled, screen
 from gsfdi.types import Array, Mask
 
 _LIMITS: dict[str, float] = {
@@ -84,9 +84,9 @@ def _far_off(course: Array) -> float:
     """Distance from its neighbours' mean that an honest sample keeps below."""
     some = sampled(course[1:-1])
     off = np.abs(some - 0.5 * (sampled(course[:-2]) + sampled(course[2:])))
-    spread = float(np.percentile(off, 90))
+    spread = quantile(off, 0.9)
     # A smooth channel has corners; they are no spikes while they are small beside its whole course.
-    span = float(np.percentile(np.abs(some - np.median(some)), 99))
+    span = quantile(np.abs(some - quantile(some, 0.5)), 0.99)
     # Nor is the flicker of the last digit of a resting one; what rounding leaves is no digit.
     digit = float(np.min(off, where=off > 1e-9 * max(float(np.abs(some).max()), 1e-3), initial=np.inf))
     return max(20.0 * spread, 1e-2 * span, min(10.0 * digit, 1e-2), 1e-9)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gsfdi.passes import alone, sampled
+from gsfdi.passes import alone, quantile, sampled
 from gsfdi.types import Array, JointRecord, Mask
 
 LONE = 30.0
@@ -41,7 +41,7 @@ def lone_samples(values: Array) -> Mask:
         return found
     with np.errstate(over="ignore", invalid="ignore"):
         off = np.abs(sampled(values[1:-1]) - 0.5 * (sampled(values[:-2]) + sampled(values[2:])))
-        spread = 1.4826 * np.median(off)
+        spread = 1.4826 * quantile(off, 0.5)
         if spread == 0.0:  # a channel that mostly rests on one quantum
             moving = off[off > 0]
             spread = np.median(moving) if len(moving) > 8 else 1e-9 * float(np.ptp(values) + 1e-30)
@@ -93,7 +93,7 @@ def stretches(record: JointRecord, needs: Sequence[str], step: float, shortest: 
 def _pauses(t: Array, step: float) -> list[tuple[float, float]]:
     """Where a clock stands still for long."""
     gaps = np.diff(t)
-    longest = GAP * max(step, float(np.median(sampled(gaps))))
+    longest = GAP * max(step, quantile(sampled(gaps), 0.5))
     return [(float(t[i]), float(t[i + 1])) for i in np.flatnonzero(gaps > longest)]
 
 

@@ -74,9 +74,16 @@ def design(A: Array, B: Array, C: Array, noise: Array, unrest: float, samples: i
 
 def run(residual: Residual, outputs: Array, inputs: Array) -> Array:
     """The residual at every sample from the window's length on."""
-    columns = [np.correlate(outputs[:, i], residual.outputs[:, i]) for i in range(outputs.shape[1])]
-    columns += [np.correlate(inputs[:, i], residual.inputs[:, i]) for i in range(inputs.shape[1])]
-    return np.asarray(np.sum(columns, axis=0), dtype=np.float64)
+    return sliding(residual.outputs, outputs) + sliding(residual.inputs, inputs)
+
+
+def sliding(weights: Array, values: Array) -> Array:
+    """Sum of the weighted values over every window; most columns of torques hold nothing and cost nothing."""
+    total = np.zeros(len(values) - len(weights) + 1)
+    for column, weight in zip(values.T, weights.T, strict=True):
+        if column.any():
+            total += np.correlate(column, weight)
+    return total
 
 
 class _Tally:
@@ -99,12 +106,12 @@ class _Tally:
             if len(watched.live) < 2 * length:
                 continue
             inputs = np.column_stack([watched.acting, watched.torque])
-            r = run(residual, watched.y, inputs)
+            driven = sliding(residual.inputs, inputs)
+            r = sliding(residual.outputs, watched.y) + driven
             clear = (
                 np.convolve(watched.stretch.trusted & watched.moving_freely, np.ones(length), mode="valid")
                 > length - 0.5
             )
-            driven = run(Residual(0.0 * residual.outputs, residual.inputs), watched.y, inputs)
             bins, count = self.bins.place(watched.stretch.t[length - 1 :])
             columns = [np.bincount(bins, some * clear, minlength=count) for some in (r**2, np.ones(len(r)), driven**2)]
             self.bins.add(name, np.column_stack(columns))
