@@ -89,25 +89,31 @@ def compete(
     floor = effort_floor(stand)
     shelf_terms = {name: term for name, term in shelf_terms.items() if name not in moot_terms(model)}
     model = estimated(stand, model, floor)
-    knobs = [*plant_knobs(model, stand.records[0].effort), *start_knobs(stand)]
     if level > 0:  # the effort is the law's own: no sensor of it can err in proportion
         shelf_terms = {name: term for name, term in shelf_terms.items() if name != "current_gain"}
-        knobs.append(Knob(len(model.physics) - 1, "torque_nm", level, -20 * level, 20 * level, 0.0, level))
-    first = settle(stand, started(model, len(stand.records)), knobs, floor)
+    first = opening(stand, model, level)
     window = typical_window(stand, first.innovations)
     if window != stand.window:
         stand = replace(stand, window=window)
-        first = settle(stand, started(model, len(stand.records)), knobs, floor)
+        first = opening(stand, model, level)
     hand = first
     contests: list[Contest] = []
     while True:
-        contest, settled = contend(hand, shelf_terms, floor, len(model.physics))
+        contest, settled = contend(hand, shelf_terms, floor, len(model.physics), level > 0)
         contests.append(contest)
         if settled is None:
             return first, hand, contests
         hand = simplified(settled, len(model.physics))
         if len(contests) >= most or missing(hand, floor) < TRIVIAL * missing(first, floor):
             return first, hand, contests
+
+
+def opening(stand: Bench, model: JointModel, level: float) -> Round:
+    """Fit the parameters only; for the arguments see `compete`."""
+    knobs = [*plant_knobs(model, stand.records[0].effort), *start_knobs(stand)]
+    if level > 0:
+        knobs.append(Knob(len(model.physics) - 1, "torque_nm", level, -20 * level, 20 * level, 0.0, level))
+    return settle(stand, started(model, len(stand.records)), knobs, effort_floor(stand))
 
 
 def missing(hand: Round, floor: Array) -> float:
@@ -175,9 +181,11 @@ def always(hand: Round, place: int) -> Fitted:
 
 
 def contend(
-    hand: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array, given: int
+    hand: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array, given: int, exact: bool
 ) -> tuple[Contest, Round | None]:
     """Hold one round: screen every offer, refit the finalists, settle the best, and test the winner against luck.
+
+    Where the effort is `exact`, noise beyond the floor is physics that is missing, and the faint are worth settling.
 
     While much is missing every term is judged under a large noise, where the true one is hardly better than its
     likes. So the best few are settled each under the noise that suits it, and the likeliest wins.
@@ -188,7 +196,7 @@ def contend(
     trials = len(screening.information)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
     best: tuple[float, Entry, Round] | None = None
-    for entry in promising(near, missing(hand, floor) > 0):
+    for entry in promising(near, exact and missing(hand, floor) > 0):
         assert entry.fitted is not None
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         if entry.onset is not None:

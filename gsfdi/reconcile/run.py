@@ -24,6 +24,7 @@ from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
 from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.reconcile.surplus import merged
+from gsfdi.reconcile.twin import left_by_twin
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
 
@@ -247,6 +248,8 @@ def _shift_entries(moved: Sequence[Shift]) -> list[dict[str, Any]]:
     ]
 
 
+AS_MUCH = 2.0
+"""What may remain, over what a simulated twin leaves, before a mismatch is seen in it."""
 APART = 0.03
 """Share of the time by which two things set in apart from each other."""
 CONSTANTS = ("torque_constant_change", "torque_constant_drift", "current_gain")
@@ -258,8 +261,9 @@ def _verdict(case: _Case, entries: Sequence[Mapping[str, Any]], left: float, rem
     known = float(np.sqrt(np.sum(case.floor**2))) / case.stand.scales.torque
     material = remains > max(MATERIAL, 3 * known)
     if not entries:
-        quiet: Outcome = "not_enough_data" if is_blind(case.first) else "no_mismatch"
-        return "unexplained" if material else quiet
+        if material and remains > AS_MUCH * left_by_twin(case.first, case.nominal):
+            return "unexplained"
+        return "not_enough_data" if is_blind(case.first) else "no_mismatch"
     piled = [name.use.term for name in case.found if name.use.term in CONSTANTS]
     onsets = [name.use.onset for name in case.found if name.use.onset is not None]
     scattered = len(onsets) > 1 and max(onsets) - min(onsets) > APART * case.stand.scales.seconds
