@@ -21,6 +21,8 @@ class Settled:
     ----------
     stand : Bench
         Set up for the records and the model below.
+    logged : Bench
+        Set up for the records as they came: what a simulation is judged by.
     model : JointModel
         With the faults of effort sensor, limit and gains in it; their terms come after the nominal's own.
     law : LawCheck or None
@@ -32,6 +34,7 @@ class Settled:
     """
 
     stand: Bench
+    logged: Bench
     model: JointModel
     law: LawCheck | None
     coarse: LawFinding | None
@@ -40,7 +43,7 @@ class Settled:
 
 def settle_contract(records: Sequence[JointRecord], model: JointModel, without: Sequence[str]) -> Settled:
     """Check the law and the values, and set up the bench with what they say."""
-    stand = bench(records, model)
+    logged = stand = bench(records, model)
     coarse = None if "quantisation" in without else coarseness(stand)
     # slopes of coarse positions are no speed to hold a law against
     law = None if coarse is not None and 1 not in stand.system.rows else check_law(stand.records, model)
@@ -66,7 +69,7 @@ def settle_contract(records: Sequence[JointRecord], model: JointModel, without: 
         new = replace(new, sensors=replace(new.sensors, effort_noise=0.0, effort_resolution=0.0))
     if exact is not None or new is not model:
         stand = replace(bench(exact or records, new), count=stand.count)  # stretches of a recording are no recordings
-    return Settled(stand, new, law, coarse, level)
+    return Settled(stand, logged, new, law, coarse, level)
 
 
 def level_doubt(stand: Bench) -> float:

@@ -34,7 +34,7 @@ def evidence_of(
 
 def overlays(case: "_Case", model: JointModel) -> list[dict[str, Any]]:
     """Recording, nominal and updated simulation on the held-out part of the first stretch that has one."""
-    stand = case.stand
+    stand = case.logged
     olds, news = free_run(stand, case.nominal), free_run(stand, model)
     found = []
     for i, (record, old, new) in enumerate(zip(stand.records, olds, news, strict=True)):

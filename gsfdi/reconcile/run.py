@@ -73,7 +73,12 @@ class _Case:
 
     @property
     def stand(self) -> Bench:
-        return self.settled.stand
+        return replace(self.settled.stand, window=self.hand.stand.window)
+
+    @property
+    def logged(self) -> Bench:
+        """The recordings as they came, with the part that took no part in choosing and fitting."""
+        return replace(self.settled.logged, window=self.hand.stand.window)
 
     @property
     def floor(self) -> Array:
@@ -342,7 +347,7 @@ def _location(case: _Case, entries: Sequence[Mapping[str, Any]], torque: Sequenc
 
 def _fit(case: _Case, model: JointModel) -> dict[str, Any]:
     """Held-out figures of the nominal and the updated model."""
-    stand = case.stand
+    stand = case.logged
     before = verify.misfit(stand, case.nominal)
     after = verify.misfit(stand, model)
     return {

@@ -1,0 +1,40 @@
+"""Held-out figures are those of the recordings as they came, on a part that nothing was fitted to."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gsfdi.model import Controller, JointModel, Plant, Sensors
+from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.bench import HOLD_OUT
+from gsfdi.simulate import simulate_record
+
+JOINT = JointModel(
+    name="J",
+    structure="rigid",
+    plant=Plant(output_inertia=2.0, gear_ratio=1.0, torque_constant=1.0),
+    controller=Controller(200.0, 100.0, 40.0, 100.0, effort="drive_torque"),
+    sensors=Sensors(position_noise=1e-5, motor_velocity_noise=1e-3, effort_noise=0.01),
+    effort="drive_torque",
+)
+
+
+def test_a_late_stamp_is_judged_on_the_stamps_as_they_came() -> None:
+    record = simulate_record(JOINT, seed=1, duration=30.0)
+    measured = [name for name in record.channels if name == "position" or name.endswith("_velocity")]
+    aged = {name: np.interp(record.t - 0.02, record.t, record[name]) for name in measured}
+    answer = reconcile([replace(record, channels={**record.channels, **aged}, valid={})], JOINT)
+    assert [entry["term"] for entry in answer.omitted_physics] == ["timestamp_latency"]
+    assert answer.fit["after"]["position_rad"] < 0.5 * answer.fit["before"]["position_rad"]
+
+
+def test_the_figures_are_of_the_part_that_was_kept_although_it_is_not_the_usual_one() -> None:
+    """All of the mismatch lies where the usual part would be kept, so that another is."""
+    record = simulate_record(JOINT, seed=1, duration=30.0)
+    low, high = (share * record.t[-1] for share in HOLD_OUT)
+    push = np.where((record.t >= low) & (record.t < high), 0.3 * np.sin(3.0 * record.t), 0.0)
+    shaken = replace(record, channels={**record.channels, "drive_torque": record["drive_torque"] + push}, valid={})
+    answer = reconcile([shaken], replace(JOINT, controller=None))
+    kept = answer.fit["held_out_seconds"]
+    assert kept[0] != pytest.approx(low, abs=0.5)
