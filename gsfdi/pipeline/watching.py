@@ -128,6 +128,7 @@ class Desk:
         self._key, self._first = key, first
         self._overview = Overview()
         self._recent: deque[JointRecord] = deque()
+        self._may_explain = share.models is not None
         self._queue: Queue[JointRecord | None] = Queue()
         self._verdict: Future[Verdict] | None = None
         if baseline is not None:
@@ -139,8 +140,9 @@ class Desk:
         if self._verdict is not None:
             for start in range(0, len(piece.t), SAMPLES):
                 part = part_of(piece, start, start + SAMPLES)
-                self._recent.append(part)
-                while sum(len(one.t) for one in self._recent) - len(self._recent[0].t) >= RECENT:
+                if self._may_explain:  # a part holds on to the piece that it was cut from
+                    self._recent.append(part)
+                while self._recent and sum(len(one.t) for one in self._recent) - len(self._recent[0].t) >= RECENT:
                     self._recent.popleft()
                 self._queue.put(part)
                 self._queue.join()
