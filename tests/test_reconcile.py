@@ -7,9 +7,10 @@ import pytest
 
 from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
-from gsfdi.reconcile.bench import HOLD_OUT, bench, typical_window
+from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.law import check_law
+from gsfdi.reconcile.window import typical_window
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
 
@@ -175,6 +176,31 @@ def test_a_faulty_sensor_is_found_although_no_speed_is_logged(term: str, value: 
     assert found is not None
     assert [finding.term for finding in found.findings] == [term]
     assert dict(found.findings[0].values) == pytest.approx(value, rel=0.1)
+
+
+def test_a_setpoint_that_stands_while_the_joint_is_pushed_blames_no_law() -> None:
+    record = unseen(QUIET)
+    law = QUIET.controller
+    assert law is not None
+    still = np.full(len(record.t), 0.3)
+    pushed = 0.3 + 0.01 * np.sin(record.t)
+    asked = law.proportional * (still - pushed) - law.derivative * 0.01 * np.cos(record.t)
+    asked += law.integral * 0.01 * (np.cos(record.t) - 1)
+    channels = {"setpoint": still, "setpoint_rate": 0 * still, "position": pushed, "drive_torque": asked}
+    found = check_law([replace(record, channels=channels)], QUIET)
+    assert found is not None
+    assert found.findings == ()
+
+
+@pytest.mark.parametrize("ticks", [0.4, 1.0, 2.5])
+def test_late_stamps_are_found_in_noise(ticks: float) -> None:
+    found = check_law(
+        [recorded(replace(NOMINAL, physics=(TermUse("timestamp_latency", {"delay_s": ticks / 100}),)))], NOMINAL
+    )
+    assert found is not None
+    (finding,) = found.findings
+    assert finding.term == "timestamp_latency"
+    assert finding.values["delay_s"] == pytest.approx(ticks / 100, rel=0.25)
 
 
 @pytest.mark.parametrize(

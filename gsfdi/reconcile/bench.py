@@ -14,10 +14,12 @@ from gsfdi.drive import Drive, drive_of, measured_velocity
 from gsfdi.errors import UnusableInputError
 from gsfdi.fit import Started
 from gsfdi.model import JointModel
-from gsfdi.reconcile.offer import Scales
+from gsfdi.reconcile.gaps import stretches
+from gsfdi.reconcile.scales import Scales, scales_of
+from gsfdi.reconcile.sensing import grain_of, sensor_variances
 from gsfdi.simulate import Trace, initial_state, replay_many
 from gsfdi.types import Array, JointRecord, Mask
-from gsfdi.whiten import LONGEST, Observed, Whitener, observed, respond, steady_gain, steps_of, whitener
+from gsfdi.whiten import Observed, Whitener, observed, respond, steady_gain, steps_of, whitener
 
 Ints = npt.NDArray[np.int64]
 AWAY = 1e4
@@ -26,10 +28,6 @@ FIRST = 8  # samples from which a replay takes its starting rates
 WARM_UP = 0.5  # [s] after every start that decides nothing: the states of terms with memory are unknown there
 HOLD_OUT = (0.70, 0.88)
 """Part of the time of every recording that is kept for judging, as shares."""
-WINDOWS = (HOLD_OUT, (0.52, 0.70), (0.34, 0.52), (0.16, 0.34))
-"""Parts that may be kept: the first whose misfit is like the rest's, so that what acts there acts elsewhere, too."""
-USUAL = 0.4
-"""Share of the misfit up to which a part of 0.18 of the time is like the rest."""
 MOST = 0.05
 """Share of the drive's torque that the observer expects to be missing at most, however much is."""
 LEAN = 0.5
@@ -38,8 +36,6 @@ LEAN = 0.5
 An observer that expects everything on the output corrects the wind-up so hard that one whose spring stiffens runs away,
 and so does one that expects too much.
 """
-TRIFLE = 2e-4
-"""Share of the drive's torque that no simulator gets right: sampling, holding, and how a contact is written."""
 BLOCK = 2.0  # [s] over which innovations may hang together
 
 
@@ -207,7 +203,7 @@ def bench(records: Sequence[JointRecord], model: JointModel) -> Bench:
     scales = scales_of(usable, model, period)
     spread = np.full(system.Bt.shape[1], 0.2 * scales.torque)
     gain = steady_gain(system, spread)
-    whole = tuple(stretch for r in usable for stretch in stretches(r, period))
+    whole = tuple(stretch for r in usable for stretch in stretches(r, period, 2 * WARM_UP))
     drives = tuple(drive_of(r, model) for r in whole)
     steps = tuple(steps_of(r.t, period) for r in whole)
     seen = (np.column_stack([r["position"], measured_velocity(r, model)])[:, list(system.rows)] for r in whole)
@@ -229,26 +225,6 @@ def bench(records: Sequence[JointRecord], model: JointModel) -> Bench:
     return replace(stand, grains=grain_errors(stand))
 
 
-def typical_window(stand: Bench, innovations: Sequence[Array]) -> tuple[float, float]:
-    """Choose the part to keep for judging: the first that holds no more than its share of the misfit.
-
-    Parameters
-    ----------
-    stand : Bench
-    innovations : sequence of (n, 2) arrays
-        Of the nominal model with its numbers fitted.
-    """
-    power, when = [], []
-    for i, (e, record) in enumerate(zip(innovations, stand.records, strict=True)):
-        rows = np.nan_to_num(e[:, list(stand.system.rows)])
-        power.append(np.sum(rows**2 / stand.system.R, axis=1))
-        when.append(record.t / stand.seconds(i))
-    energy, t = np.concatenate(power), np.concatenate(when)
-    whole = float(energy[t > 0.02].sum()) or 1.0
-    shares = [float(energy[(t >= low) & (t < high)].sum()) / whole for low, high in WINDOWS]
-    return next((w for w, share in zip(WINDOWS, shares, strict=True) if share < USUAL), WINDOWS[int(np.argmin(shares))])
-
-
 def grain_errors(stand: Bench) -> tuple[Array, ...]:
     """Errors of the sensors on this motion, by stretch; nothing where they are fine enough to be white."""
     sensors = stand.model.sensors
@@ -268,33 +244,6 @@ def grain_errors(stand: Bench) -> tuple[Array, ...]:
                 seen[:, i] = np.round(seen[:, i] / step) * step
         found.append(np.nan_to_num(seen - true))
     return tuple(found)
-
-
-def stretches(record: JointRecord, period: float) -> list[JointRecord]:
-    """Cut `record` at its gaps, and give each missing sample of a short gap a row without measurement.
-
-    Effort and command run straight over such a row; a longer gap hides more than a line can bridge.
-    """
-    ends = np.flatnonzero(np.diff(record.t) > (LONGEST + 0.5) * period) + 1
-    found = []
-    for part in np.split(np.arange(len(record.t)), ends):
-        if len(part) < 2 * WARM_UP / period + 20:
-            continue
-        t = record.t[part]
-        missing = np.round(np.diff(t) / period).astype(np.int64) - 1
-        rows = np.flatnonzero(missing > 0)
-        extra = [t[k] + (t[k + 1] - t[k]) * (i + 1) / (missing[k] + 1) for k in rows for i in range(missing[k])]
-        times = np.sort(np.concatenate([t, extra]))
-        lost = ~np.isin(times, t)
-        channels = {}
-        for name in record.channels:
-            values = record[name][part]
-            good = np.isfinite(values)
-            full = np.interp(times, t[good], values[good]) if good.any() else np.full(len(times), np.nan)
-            bare = lost | (np.interp(times, t, good.astype(float)) < 1)
-            channels[name] = np.where(bare, np.nan, full) if name in MEASURED else full
-        found.append(replace(record, t=times, channels=channels, valid={}))
-    return found
 
 
 def start_doubt(system: Observed, scales: Scales) -> Array:
@@ -319,128 +268,3 @@ def shaken_of(record: JointRecord, scales: Scales) -> Array:
     beside = lost | np.roll(lost, 1) | np.roll(lost, -1)
     jump = np.maximum(np.abs(np.diff(effort, prepend=effort[0])), np.abs(np.diff(effort, append=effort[-1])))
     return np.where(beside, jump, 0.0)
-
-
-MEASURED = ("position", "motor_velocity", "joint_velocity")
-
-
-def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple[float, float]:
-    """Variances of position and motor velocity: as stated by the model, else as the recordings show."""
-    stated, found = model.sensors, []
-    ratio = 1.0 if model.structure == "flexible" else model.plant.gear_ratio
-    positions = [record["position"] for record in records]
-    speeds = [measured_velocity(record, model) for record in records]
-    for values, noise, resolution in (
-        (positions, stated.position_noise, stated.position_resolution),
-        (speeds, stated.motor_velocity_noise / ratio, stated.motor_velocity_resolution / ratio),
-    ):
-        if not all(np.isfinite(v).any() and np.ptp(v[np.isfinite(v)]) > 0 for v in values):
-            found.append(np.inf)
-            continue
-        seen = float(np.median([noise_of(v) for v in values]))
-        grain = max(grain_of(v) for v in values)
-        believed = np.hypot(noise, max(resolution, grain) / np.sqrt(12.0)) if noise + resolution > 0 else seen
-        found.append(max(believed, 1e-3 * seen, 1e-12) ** 2)
-    return found[0], found[1]
-
-
-def noise_of(values: Array) -> float:
-    """Standard deviation of a channel's white noise, from fifth differences, which motion hardly enters."""
-    values = values[np.isfinite(values)]
-    fifth = np.diff(values, 5)
-    spread = float(1.4826 * np.median(np.abs(fifth)) / 252.0**0.5)
-    return float(max(spread, grain_of(values) / 12.0**0.5))
-
-
-def grain_of(values: Array) -> float:
-    """Step between the values that a channel can take, 0 where it takes any.
-
-    Examples
-    --------
-    >>> grain_of(np.round(np.sin(np.arange(500.0)) / 0.01) * 0.01)
-    0.01
-    """
-    moves = np.abs(np.diff(values[np.isfinite(values)]))
-    size = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
-    moves = moves[moves > 1e-9 * max(size, 1e-30)]
-    if len(moves) < 20:
-        return 0.0
-    grain = float(moves.min())
-    grain = float(np.mean(moves[moves < 1.5 * grain]))
-    if np.quantile(moves, 0.9) > 1e4 * grain:
-        return 0.0
-    off = np.abs(moves / grain - np.round(moves / grain))
-    return round(grain, 15) if np.quantile(off, 0.9) < 0.02 else 0.0
-
-
-def scales_of(records: Sequence[JointRecord], model: JointModel, period: float) -> Scales:
-    """Measure how the joint moves, to know in which sizes effects matter."""
-    plant = model.plant
-    drive: float = 1.0 if records[0].effort == "drive_torque" else plant.gear_ratio * plant.torque_constant
-    effort = float(np.nanquantile(np.concatenate([np.abs(r[r.effort]) for r in records]), 0.95))
-    position = np.concatenate([r["position"] for r in records])
-    low, high = float(np.nanmin(position)), float(np.nanmax(position))
-    width = max(1, round(0.1 / period))
-    speeds = [np.abs(r["position"][width:] - r["position"][:-width]) / (r.t[width:] - r.t[:-width]) for r in records]
-    speed = float(np.nanquantile(np.concatenate(speeds), 0.95))
-    torque = max(drive * effort, 1e-12)
-    warm = [np.ptp(r["temperature"]) if "temperature" in r else 0.0 for r in records]
-    return Scales(
-        torque=torque,
-        effort=max(effort, 1e-12),
-        speed=max(speed, 1e-12),
-        reach=max(0.5 * (high - low), 1e-12),
-        centre=0.5 * (high + low),
-        windup=torque / plant.stiffness if np.isfinite(plant.stiffness) else 1.0,
-        inertia=plant.output_inertia,
-        period=period,
-        seconds=max(float(r.t[-1]) for r in records),
-        turns=plant.gear_ratio if np.isfinite(plant.stiffness) else 1.0,
-        noise=float(np.sqrt(sensor_variances(records, model)[0])),
-        warms=max(warm) > 1.0,
-    )
-
-
-def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array, near: Array | None = None) -> Array:
-    """Torque noise [N m] under which `innovations` are most likely, and no less than `floor`.
-
-    Parameters
-    ----------
-    stand : Bench
-        The recordings on their bench.
-    innovations : sequence of (n, 2) arrays
-        Of the model in hand, by record, under the base gain.
-    floor : (k,) array
-        What is known to be there: noise of the recorded effort.
-    near : (k,) array, optional
-        Where to look, each side by itself; without it, both sides alike and over all sizes.
-    """
-
-    def best(trials: Sequence[Array]) -> Array:
-        return min((surprise(stand, innovations, trial), tuple(trial)) for trial in trials)[1]  # type: ignore[return-value]
-
-    if near is None:
-        size = np.array(best([np.maximum(floor, stand.scales.torque * f) for f in 10.0 ** np.arange(-4, 0.6, 0.5)]))
-        return np.array(best([np.maximum(floor, size * f) for f in 10.0 ** np.arange(-0.25, 0.3, 0.25)]))
-    size = np.maximum(near, floor)
-    for side in range(len(floor)):
-        moved = np.eye(len(floor))[side]
-        size = np.array(best([np.maximum(floor, size * f**moved) for f in 10.0 ** np.arange(-1, 1.1, 0.25)]))
-    return size
-
-
-def surprise(stand: Bench, innovations: Sequence[Array], torque: Array) -> float:
-    """Negative log-likelihood, up to a constant, of innovations under process noise of `torque` [N m]."""
-    tools = stand.whiteners(torque)
-    white = stand.white([e[None] for e in innovations], tools)[0]
-    fade = np.concatenate([stand.awake(i)[:: len(stand.system.rows)] for i in range(len(tools))])
-    return 0.5 * float(white @ white + np.concatenate([w.logdet for w in tools]) @ fade)
-
-
-def effort_floor(stand: Bench) -> Array:
-    """Torque noise [N m] that the noise of the recorded effort makes, by side; a trifle where none is stated."""
-    model = stand.model
-    drive = 1.0 if stand.records[0].effort == "drive_torque" else model.plant.gear_ratio * model.plant.torque_constant
-    noise = drive * float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12.0)))
-    trifle = TRIFLE * stand.scales.torque
-    return np.array([max(noise, trifle), trifle][: len(stand.spread)])

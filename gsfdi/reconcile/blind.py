@@ -83,6 +83,8 @@ def instrumental(pair: Blind, law: Controller, findings: Sequence[LawFinding], l
     late = sum(f.values.get("delay_s", 0.0) for f in findings)
     seen, shown = pair.log.sheets(law, late), pair.shown.sheets(law, late)
     off = misfits(seen, findings)
+    if max(map(len, off), default=0) <= 2 * ORDER:
+        return []
     white = _White(off, shown)
     misfit = white(off)
     trials = [
@@ -93,11 +95,13 @@ def instrumental(pair: Blind, law: Controller, findings: Sequence[LawFinding], l
     ]
     taken = {f.term for f in findings}
     trials = [trial for trial in trials if trial.shown @ trial.shown > 0 and trial.term not in taken]
+    if not trials or not misfit.any():  # a setpoint that moves nothing, or a law that holds to the last digit
+        return []
     delays = {ticks: white(_later(pair.shown, law, late, ticks, findings)) for ticks in DELAYS}
     rest = [white(columns) for columns in _motions(shown)]
     basis = np.linalg.qr(_unit([*(t.shown for t in trials), *delays.values(), *rest]))[0]
     held = float(np.sum((basis.T @ misfit) ** 2))
-    power = (float(misfit @ misfit) - held) / len(misfit)
+    power = max(float(misfit @ misfit) - held, 1e-9 * held) / len(misfit)
     whole = held - basis.shape[1] * power  # every column catches some noise
     found = [_sized(t, misfit, power, whole) for t in trials if abs(t.size(misfit)) * t.felt > least]
     if not any("delay_s" in f.values for f in findings):

@@ -14,10 +14,11 @@ import numpy as np
 from gsfdi.fit import Fitted, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.bench import Bench, effort_floor, surprise, typical_window
+from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.doubted import estimated, moot_terms
 from gsfdi.reconcile.hand import Round, is_sensor, lay_out, plant_knobs, settle, start_knobs, started
+from gsfdi.reconcile.noise import effort_floor, surprise
 from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset, refit, screen
@@ -25,6 +26,7 @@ from gsfdi.reconcile.smallest import Smallest, smallest
 from gsfdi.reconcile.surplus import lowered
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.waves import worthy_orders
+from gsfdi.reconcile.window import typical_window
 from gsfdi.types import Array
 
 FINALISTS = 8

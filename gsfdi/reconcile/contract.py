@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsfdi.model import JointModel, TermUse
-from gsfdi.reconcile.bench import Bench, bench, effort_floor, grain_of
+from gsfdi.reconcile.bench import Bench, bench
 from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.law import LawCheck, check_law
+from gsfdi.reconcile.noise import effort_floor
+from gsfdi.reconcile.sensing import grain_of
 from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.types import JointRecord
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from gsfdi.model import JointModel
-from gsfdi.reconcile.bench import sensor_variances
 from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.reconciliation import Reconciliation
+from gsfdi.reconcile.sensing import sensor_variances
 from gsfdi.types import JointRecord
 
 STILL = 20.0

@@ -1,26 +1,24 @@
 """Arrays for the page: overlays on held-out time, residual maps before and after, and the ranking of hypotheses."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gsfdi.channels import CHANNELS
 from gsfdi.model import JointModel
 from gsfdi.reconcile import locate
+from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.say import experiment
 from gsfdi.reconcile.verify import free_run
 from gsfdi.types import Array
-
-if TYPE_CHECKING:
-    from gsfdi.reconcile.run import _Case
 
 CELLS = 24
 PROFILE = 40
 
 
 def evidence_of(
-    case: "_Case", model: JointModel, before: Sequence[Array], after: Sequence[Array], groups: Sequence[Sequence[str]]
+    case: Case, model: JointModel, before: Sequence[Array], after: Sequence[Array], groups: Sequence[Sequence[str]]
 ) -> dict[str, Any]:
     """Gather everything that the page draws."""
     return {
@@ -32,7 +30,7 @@ def evidence_of(
     }
 
 
-def overlays(case: "_Case", model: JointModel) -> list[dict[str, Any]]:
+def overlays(case: Case, model: JointModel) -> list[dict[str, Any]]:
     """Recording, nominal and updated simulation on the held-out part of the first stretch that has one."""
     stand = case.logged
     olds, news = free_run(stand, case.nominal), free_run(stand, model)
@@ -62,7 +60,7 @@ def overlays(case: "_Case", model: JointModel) -> list[dict[str, Any]]:
     return found
 
 
-def profiles(case: "_Case", before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
+def profiles(case: Case, before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
     """Mean missing torque along each covariate."""
     rows = locate.covariates(case.stand)
     unknown = "missing_torque_nm" if case.stand.model.axis == "rotary" else "missing_force_n"
@@ -87,7 +85,7 @@ def profiles(case: "_Case", before: Sequence[Array], after: Sequence[Array]) -> 
     return found
 
 
-def maps(case: "_Case", before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
+def maps(case: Case, before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
     """Mean missing torque over position and speed."""
     rows = locate.covariates(case.stand)
     names = list(rows[0])[:2]
@@ -126,7 +124,7 @@ def _means(values: Array, cell: Array, count: int) -> Array:
     return np.where(number > 0, total / np.maximum(number, 1), np.nan)
 
 
-def ranking(case: "_Case") -> list[dict[str, Any]]:
+def ranking(case: Case) -> list[dict[str, Any]]:
     """Hypotheses in order, each with what decided for or against it."""
     found: list[dict[str, Any]] = []
     for name in case.found:

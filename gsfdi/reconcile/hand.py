@@ -8,7 +8,8 @@ import numpy as np
 from gsfdi.fit import START, Fitted, Knob, Started, slopes
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.bench import Bench, process_noise
+from gsfdi.reconcile.bench import Bench
+from gsfdi.reconcile.noise import process_noise
 from gsfdi.reconcile.surplus import surplus
 from gsfdi.reconcile.turning import DOUBT, believed, fit_knobs
 from gsfdi.registry import shelf

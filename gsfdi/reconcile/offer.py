@@ -14,49 +14,10 @@ import numpy as np
 
 from gsfdi.model import Side, TermUse
 from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile.scales import Scales
 from gsfdi.types import Array
 
 Values = Mapping[str, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Scales:
-    """What is usual on this motion: the sizes in which effects are tried.
-
-    Torque [N m] and effort are those of the drive (95th percentile), speed of the joint, reach half its range about
-    `centre`, windup the spring's under that torque, `turns` motor radians per joint radian.
-    """
-
-    torque: float
-    effort: float
-    speed: float
-    reach: float
-    centre: float
-    windup: float
-    inertia: float
-    period: float
-    seconds: float
-    turns: float
-    noise: float
-    warms: bool
-
-    def of(self, unit: str, motor_axis: bool = False) -> float:
-        """Size of a plain effect for a number in `unit`."""
-        speed = self.speed * (self.turns if motor_axis else 1.0)
-        return {
-            "N m": self.torque,
-            "N m s/rad": self.torque / self.speed,
-            "N m s²/rad²": self.torque / self.speed**2,
-            "N m/rad": self.torque / self.reach,
-            "rad": self.windup,
-            "rad/s": speed,
-            "A": self.effort,
-            "s": self.period,
-            "1": 0.1,
-            "1/rad²": self.windup**-2,
-            "kg m²": self.inertia,
-            "1/s": 1.0 / self.seconds,
-        }[unit]
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,15 +25,15 @@ def sense(model, m, v, states, row, target, time, noise, resolution, now):  # ty
 
 @inlined
 def sense_late(model, m, v, states, clock, state, now, age, noise, resolution):  # type: ignore[no-untyped-def]
-    """Write into row LATE what sensors give at event `now` of the motion that is `age` old."""
-    motion_at(clock, state, now, clock[now, at.TIME] - age, v)
-    sense(model, m, v, states, at.SEEN, at.LATE, clock[now, at.TIME], noise, resolution, now)
+    """Write into row LATE what sensors gave `age` before event `now`, with the noise that they had then."""
+    then = motion_at(clock, state, now, clock[now, at.TIME] - age, v)
+    sense(model, m, v, states, at.SEEN, at.LATE, clock[now, at.TIME], noise, resolution, then)
     see(model, m, v, at.X, clock[now, at.TIME])
 
 
 @compiled
 def motion_at(clock, state, now, time, v):  # type: ignore[no-untyped-def]
-    """Write the motion at `time`, at or before event `now`, into row SEEN: cubic between events."""
+    """Write the motion at `time`, no later than event `now`, into row SEEN: cubic between events; give the earlier."""
     j = now
     while j > 0 and clock[j, at.TIME] > time:
         j -= 1
@@ -45,6 +45,7 @@ def motion_at(clock, state, now, time, v):  # type: ignore[no-untyped-def]
         da, db = span * state[j, i + 1], span * state[last, i + 1]
         v[at.SEEN, i] = a + u * (da + u * (3 * (b - a) - 2 * da - db + u * (2 * (a - b) + da + db)))
         v[at.SEEN, i + 1] = (1 - u) * state[j, i + 1] + u * state[last, i + 1]
+    return j
 
 
 @inlined

@@ -1,0 +1,130 @@
+"""What was found, as the answer lists it: terms, parameters, faults of law and sensors, and what looks alike."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from gsfdi.model import TermUse
+from gsfdi.reconcile.case import Case
+from gsfdi.reconcile.judge import CLOSE
+from gsfdi.reconcile.parameters import Shift, all_kept, lone_changes, shifts
+from gsfdi.reconcile.reconciliation import Outcome
+from gsfdi.reconcile.say import sentence, spelled
+from gsfdi.reconcile.screen import LEAST
+
+SOLE = 12.0
+"""Log-likelihood that moving one parameter alone may fall short of moving all."""
+
+
+def law_entries(case: Case) -> list[dict[str, Any]]:
+    """Entries for what the law check found."""
+    entries = []
+    axis = case.nominal.axis
+    for finding in case.findings:
+        term = case.terms.get(finding.term)
+        component = term.component if term is not None else "controller"
+        first = next(iter(finding.values))
+        numbers = {
+            spelled(name, axis): {
+                "value": value,
+                "ci95": [value - 1.96 * finding.spread, value + 1.96 * finding.spread],
+            }
+            if name == first
+            else {"value": value, "ci95": None}
+            for name, value in finding.values.items()
+        }
+        use = TermUse(finding.term, dict(finding.values), None, finding.onset)
+        entries.append(
+            {
+                "term": finding.term,
+                "component": component,
+                "side": None,
+                "probability": 0.99,
+                "parameters": numbers,
+                "onset_s": finding.onset,
+                "says": sentence(use, term, finding.share, axis, ()),
+            }
+        )
+    return entries
+
+
+def term_entries(case: Case) -> list[dict[str, Any]]:
+    """Entries for the terms that won, most probable first and among the sure ones the weightiest."""
+    entries = []
+    axis = case.nominal.axis
+    for name in sorted(case.found, key=lambda n: -(round(n.probability, 1) + 0.5 * n.share)):
+        close = [r.use.term for r in name.rivals if r.probability > CLOSE * name.probability]
+        entries.append(
+            {
+                "term": name.use.term,
+                "component": case.terms[name.use.term].component,
+                "side": name.use.side,
+                "probability": name.probability,
+                "parameters": {
+                    spelled(key, axis): {"value": value, "ci95": list(name.ci[key]) if key in name.ci else None}
+                    for key, value in name.use.values.items()
+                },
+                "onset_s": name.use.onset,
+                "share_of_misfit": name.share,
+                "says": sentence(name.use, case.terms[name.use.term], name.share, axis, list(dict.fromkeys(close))),
+            }
+        )
+    return entries
+
+
+def shift_entries(moved: Sequence[Shift]) -> list[dict[str, Any]]:
+    """Entries for parameters of the linear model."""
+    home = {"torque_constant_change": "motor", "motor_inertia_change": "motor", "stiffness_change": "gearbox"}
+    return [
+        {
+            "term": s.term,
+            "component": home.get(s.term, "link"),
+            "side": None,
+            "probability": 0.95,
+            "parameters": {"ratio": {"value": s.ratio, "ci95": [s.low, s.high]}},
+            "onset_s": None,
+            "says": f"a number of the linear model is {100 * (s.ratio - 1):+.1f} % off; that is no missing physics.",
+        }
+        for s in moved
+    ]
+
+
+def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
+    """Parameters to name because they alone account for the mismatch, and where all parameters ended."""
+    moved = shifts(case.hand)
+    if case.found:
+        return [s for s in moved if s.is_news and s.is_sure], moved
+    plant = case.settled.model.plant
+    doubted = case.settled.model.trust  # what the model itself calls uncertain is free to move
+    names = {k.name for k in case.first.fitted.knobs if k.place == -1} - doubted.keys()
+    nominal = {name: float(getattr(plant, name)) for name in sorted(names)}
+    if not nominal or all_kept(case.first, nominal) < LEAST:
+        return [], moved
+    alone = lone_changes(case.first, nominal)
+    cost, shift = alone[0]
+    if cost < SOLE and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > 0.003:
+        return [shift], moved
+    return [s for s in moved if s.is_news], moved
+
+
+def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
+    """Sets of terms that the data cannot tell apart."""
+    found = []
+    for name in case.found:
+        close = [r.use.term for r in name.rivals if r.probability > CLOSE * name.probability]
+        group = tuple(dict.fromkeys([name.use.term, *close]))
+        if len(group) > 1:
+            found.append(group)
+    if lone and case.nominal.structure == "rigid" and not case.nominal.physics:
+        found.append(("torque_constant_change", "output_inertia_change"))
+    return found
+
+
+def smallest_seen(case: Case, verdict: Outcome) -> list[dict[str, Any]]:
+    """Lay out the least of every term that would have been named, where nothing was."""
+    if verdict not in ("no_mismatch", "not_enough_data"):
+        return []
+    axis = case.nominal.axis
+    return [
+        {"term": s.term, "side": s.side, "parameters": {spelled(s.parameter, axis): s.value}}
+        for s in case.contests[-1].smallest
+    ]

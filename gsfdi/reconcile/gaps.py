@@ -1,0 +1,39 @@
+"""Recordings with gaps: cut where too much is lost, with empty rows where little is."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from gsfdi.types import JointRecord
+from gsfdi.whiten import LONGEST
+
+MEASURED = ("position", "motor_velocity", "joint_velocity")
+"""Channels that a lost sample leaves empty."""
+
+
+def stretches(record: JointRecord, period: float, shortest: float) -> list[JointRecord]:
+    """Cut `record` at its gaps, and give each missing sample of a short gap a row without measurement.
+
+    Effort and command run straight over such a row; a longer gap hides more than a line can bridge. What lies between
+    gaps and is shorter than `shortest` [s] is left out.
+    """
+    ends = np.flatnonzero(np.diff(record.t) > (LONGEST + 0.5) * period) + 1
+    found = []
+    for part in np.split(np.arange(len(record.t)), ends):
+        if len(part) < shortest / period + 20:
+            continue
+        t = record.t[part]
+        missing = np.round(np.diff(t) / period).astype(np.int64) - 1
+        rows = np.flatnonzero(missing > 0)
+        extra = [t[k] + (t[k + 1] - t[k]) * (i + 1) / (missing[k] + 1) for k in rows for i in range(missing[k])]
+        times = np.sort(np.concatenate([t, extra]))
+        lost = ~np.isin(times, t)
+        channels = {}
+        for name in record.channels:
+            values = record[name][part]
+            good = np.isfinite(values)
+            full = np.interp(times, t[good], values[good]) if good.any() else np.full(len(times), np.nan)
+            bare = lost | (np.interp(times, t, good.astype(float)) < 1)
+            channels[name] = np.where(bare, np.nan, full) if name in MEASURED else full
+        found.append(replace(record, t=times, channels=channels, valid={}))
+    return found

@@ -1,0 +1,58 @@
+"""How noisy and how coarse the sensors of a recording are: as the model states it, or as the values show it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gsfdi.drive import measured_velocity
+from gsfdi.model import JointModel
+from gsfdi.types import Array, JointRecord
+
+
+def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple[float, float]:
+    """Variances of position and motor velocity: as stated by the model, else as the recordings show."""
+    stated, found = model.sensors, []
+    ratio = 1.0 if model.structure == "flexible" else model.plant.gear_ratio
+    positions = [record["position"] for record in records]
+    speeds = [measured_velocity(record, model) for record in records]
+    for values, noise, resolution in (
+        (positions, stated.position_noise, stated.position_resolution),
+        (speeds, stated.motor_velocity_noise / ratio, stated.motor_velocity_resolution / ratio),
+    ):
+        if not all(np.isfinite(v).any() and np.ptp(v[np.isfinite(v)]) > 0 for v in values):
+            found.append(np.inf)
+            continue
+        seen = float(np.median([noise_of(v) for v in values]))
+        grain = max(grain_of(v) for v in values)
+        believed = np.hypot(noise, max(resolution, grain) / np.sqrt(12.0)) if noise + resolution > 0 else seen
+        found.append(max(believed, 1e-3 * seen, 1e-12) ** 2)
+    return found[0], found[1]
+
+
+def noise_of(values: Array) -> float:
+    """Standard deviation of a channel's white noise, from fifth differences, which motion hardly enters."""
+    values = values[np.isfinite(values)]
+    fifth = np.diff(values, 5)
+    spread = float(1.4826 * np.median(np.abs(fifth)) / 252.0**0.5)
+    return float(max(spread, grain_of(values) / 12.0**0.5))
+
+
+def grain_of(values: Array) -> float:
+    """Step between the values that a channel can take, 0 where it takes any.
+
+    Examples
+    --------
+    >>> grain_of(np.round(np.sin(np.arange(500.0)) / 0.01) * 0.01)
+    0.01
+    """
+    moves = np.abs(np.diff(values[np.isfinite(values)]))
+    size = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+    moves = moves[moves > 1e-9 * max(size, 1e-30)]
+    if len(moves) < 20:
+        return 0.0
+    grain = float(moves.min())
+    grain = float(np.mean(moves[moves < 1.5 * grain]))
+    if np.quantile(moves, 0.9) > 1e4 * grain:
+        return 0.0
+    off = np.abs(moves / grain - np.round(moves / grain))
+    return round(grain, 15) if np.quantile(off, 0.9) < 0.02 else 0.0

@@ -1,0 +1,60 @@
+"""The verdict: what was named, and what remains of the mismatch."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from gsfdi.reconcile.case import Case
+from gsfdi.reconcile.enough import is_blind
+from gsfdi.reconcile.hand import is_sensor
+from gsfdi.reconcile.judge import torque_left, white_left
+from gsfdi.reconcile.reconciliation import Outcome
+from gsfdi.reconcile.twin import left_by_twin
+
+REMAINS = 0.12
+"""Share of the missing torque (root mean square) that may remain when a mismatch is called explained."""
+PARTLY = 0.6
+"""Share of the mismatch that may remain when what was found is worth a name."""
+MATERIAL = 0.01
+"""Share of the drive's torque below which a mismatch without a name is not worth reporting."""
+AS_MUCH = 2.0
+"""What may remain, over what a simulated twin leaves, before a mismatch is seen in it."""
+APART = 0.03
+"""Share of the time by which two things set in apart from each other."""
+CONSTANTS = ("torque_constant_change", "torque_constant_drift", "current_gain")
+"""Terms that each say how much torque an ampere makes."""
+
+
+def left_of(case: Case) -> float:
+    """Share of the mismatch that remains.
+
+    As torque where torque is missing; but its noise is known on a coarse scale only, on which a faint effect makes no
+    step, so that white innovations have the last word on what is not explained.
+    """
+    if any(is_sensor(name.use.term) for name in case.found):
+        return white_left(case.first, case.hand, case.floor)
+    left = torque_left(case.first, case.hand, case.floor)
+    if left <= REMAINS:
+        return left
+    return min(left, max(REMAINS + 0.01, white_left(case.first, case.hand, case.floor)))
+
+
+def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) -> Outcome:
+    """Draw the verdict from what was named and what remains."""
+    remains, known = (float(np.linalg.norm(t)) / case.stand.scales.torque for t in (case.hand.torque, case.floor))
+    material = remains > max(MATERIAL, 3 * known)
+    if not entries:
+        if material and remains > AS_MUCH * left_by_twin(case.first, case.nominal):
+            return "unexplained"
+        return "not_enough_data" if is_blind(case.first) else "no_mismatch"
+    piled = [name.use.term for name in case.found if name.use.term in CONSTANTS]
+    onsets = [name.use.onset for name in case.found if name.use.onset is not None]
+    scattered = len(onsets) > 1 and max(onsets) - min(onsets) > APART * case.stand.scales.seconds
+    if len(piled) > 1 or scattered:
+        # a motor whose constant changes twice has another law than any of these, and so has a joint in which one
+        # thing after another sets in within one recording
+        return "partly_explained"
+    if left <= REMAINS or remains <= 2 * known or not (case.found or material):
+        return "explained"
+    return "partly_explained" if left < PARTLY else "unexplained"
