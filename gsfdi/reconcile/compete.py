@@ -17,7 +17,8 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.doubted import estimated, moot_terms
-from gsfdi.reconcile.hand import Round, is_sensor, lay_out, plant_knobs, settle, start_knobs, started
+from gsfdi.reconcile.hand import Round, is_sensor, lay_out, settle, started
+from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor, surprise
 from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.reconcile.remainder import torque_between

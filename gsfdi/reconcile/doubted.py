@@ -12,7 +12,8 @@ from dataclasses import replace
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.hand import Round, lay_out, plant_knobs, settle, term_knobs, with_term
+from gsfdi.reconcile.hand import Round, lay_out, settle, with_term
+from gsfdi.reconcile.knobs import plant_knobs, term_knobs
 from gsfdi.reconcile.turning import DOUBT, fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array

@@ -10,7 +10,8 @@ from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import KNOB_COST, Contest, missing, size_of, without
 from gsfdi.reconcile.doubted import freed
-from gsfdi.reconcile.hand import Round, is_sensor, lay_out, plausible, term_knobs, with_term
+from gsfdi.reconcile.hand import Round, is_sensor, lay_out, with_term
+from gsfdi.reconcile.knobs import plausible, term_knobs
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, allowed, refined_onset
 from gsfdi.reconcile.turning import fit_knobs

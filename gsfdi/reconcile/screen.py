@@ -11,7 +11,8 @@ from scipy.signal import fftconvolve
 from gsfdi.fit import Fitted, Knob
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.hand import Round, orthonormal, project, term_knobs, with_term
+from gsfdi.reconcile.hand import Round, orthonormal, project, with_term
+from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.offer import Offer
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
