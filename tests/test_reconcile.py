@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rigid import JOINT as NOMINAL
 
-from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
+from gsfdi.model import JointModel, Sensors, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
@@ -13,15 +14,6 @@ from gsfdi.reconcile.law import check_law
 from gsfdi.reconcile.window import typical_window
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
-
-NOMINAL = JointModel(
-    name="J",
-    structure="rigid",
-    plant=Plant(output_inertia=2.0, gear_ratio=1.0, torque_constant=1.0),
-    controller=Controller(200.0, 100.0, 40.0, 100.0, effort="drive_torque"),
-    sensors=Sensors(position_noise=1e-5, motor_velocity_noise=1e-3, effort_noise=0.01),
-    effort="drive_torque",
-)
 
 
 def recorded(model: JointModel, seed: int = 1) -> JointRecord:

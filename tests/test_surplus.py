@@ -4,21 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rigid import JOINT
 
-from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
+from gsfdi.model import TermUse
 from gsfdi.modelfile import dump, load_models
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.surplus import merged
 from gsfdi.simulate import simulate_record
-
-JOINT = JointModel(
-    name="J",
-    structure="rigid",
-    plant=Plant(output_inertia=2.0, gear_ratio=1.0, torque_constant=1.0),
-    controller=Controller(200.0, 100.0, 40.0, 100.0, effort="drive_torque"),
-    sensors=Sensors(position_noise=1e-5, motor_velocity_noise=1e-3, effort_noise=0.01),
-    effort="drive_torque",
-)
 
 
 def viscous(value: float) -> TermUse:

@@ -4,20 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rigid import JOINT
 
-from gsfdi.model import Controller, JointModel, Plant, Sensors
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.bench import HOLD_OUT
 from gsfdi.simulate import simulate_record
-
-JOINT = JointModel(
-    name="J",
-    structure="rigid",
-    plant=Plant(output_inertia=2.0, gear_ratio=1.0, torque_constant=1.0),
-    controller=Controller(200.0, 100.0, 40.0, 100.0, effort="drive_torque"),
-    sensors=Sensors(position_noise=1e-5, motor_velocity_noise=1e-3, effort_noise=0.01),
-    effort="drive_torque",
-)
 
 
 def test_a_late_stamp_is_judged_on_the_stamps_as_they_came() -> None:
