@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted, Knob
-from gsfdi.model import JointModel
+from gsfdi.fit import Fitted, Knob, turned
+from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.doubted import estimated, moot_terms
-from gsfdi.reconcile.hand import Round, is_sensor, lay_out, settle, started
+from gsfdi.reconcile.hand import Round, is_sensor, lay_out, settle, started, with_term
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor, surprise
 from gsfdi.reconcile.offer import Offer, offers
@@ -37,10 +37,6 @@ SETTLED = 4
 """Finalists that are settled at most."""
 PLAIN = 100.0
 """Merit from which a finalist below its bar is settled, to be held against the bar that it has then."""
-HINT = 6.0
-"""Merit from which a finalist is settled although chance may do as much under the noise that it makes itself."""
-HINTED = 2
-"""Such finalists that are settled at most."""
 MATERIAL = 1e-3
 """Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
 TRIVIAL = 0.02
@@ -102,7 +98,7 @@ def compete(
     hand = first
     contests: list[Contest] = []
     while True:
-        contest, settled = contend(hand, shelf_terms, floor, len(model.physics), level > 0)
+        contest, settled = contend(hand, shelf_terms, floor, len(model.physics))
         contests.append(contest)
         if settled is None:
             return first, hand, contests
@@ -184,11 +180,9 @@ def always(hand: Round, place: int) -> Fitted:
 
 
 def contend(
-    hand: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array, given: int, exact: bool
+    hand: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array, given: int
 ) -> tuple[Contest, Round | None]:
     """Hold one round: screen every offer, refit the finalists, settle the best, and test the winner against luck.
-
-    Where the effort is `exact`, noise beyond the floor is physics that is missing, and the faint are worth settling.
 
     While much is missing every term is judged under a large noise, where the true one is hardly better than its
     likes. So the best few are settled each under the noise that suits it, and the likeliest wins.
@@ -197,9 +191,11 @@ def contend(
     finalists = [refit(hand, entry) for entry in distinct(screening.entries, FINALISTS)]
     ranked = calibrated(hand, screening, sorted(finalists, key=merit, reverse=True))
     trials = len(screening.information)
+    ranked = [fairly(hand, e, shelf_terms) if merit(e) > LEAST else e for e in ranked]
+    ranked.sort(key=merit, reverse=True)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
     best: tuple[float, Entry, Round] | None = None
-    for entry in promising(near, exact and missing(hand, floor) > 0):
+    for entry in [e for e in near if merit(e) > min(e.bar, PLAIN)][:SETTLED]:
         assert entry.fitted is not None
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         if entry.onset is not None:
@@ -215,10 +211,27 @@ def contend(
     return Contest(entries, best[1], trials), best[2]
 
 
-def promising(near: Sequence[Entry], hides: bool) -> list[Entry]:
-    """Finalists worth settling; where the noise found is more than what is known, it `hides` faint ones."""
-    sure = [e for e in near if merit(e) > min(e.bar, PLAIN)][:SETTLED]
-    return sure or ([e for e in near if merit(e) > HINT][:HINTED] if hides else [])
+def fairly(hand: Round, entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) -> Entry:
+    """Take off a finalist what its term gains by being written into the model, were it nothing.
+
+    A model with a spring or a delay that is no plain number is stepped otherwise than one without. Where the effort is
+    known exactly that alone, with the numbers in hand fitted anew, may suit a recording better by tens.
+    """
+    use = _idle(entry, shelf_terms)
+    if use is None or entry.fitted is None or merit(entry) > PLAIN:
+        return entry
+    count = len(hand.fitted.knobs)
+    start = turned(hand.fitted.model, hand.fitted.knobs, entry.fitted.values[:count])
+    idle = fit_knobs(hand.misfit, with_term(start, use), hand.fitted.knobs, 3)
+    return replace(entry, gain=entry.gain - max(hand.fitted.cost - idle.cost, 0.0))
+
+
+def _idle(entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) -> TermUse | None:
+    """Give a finalist's term with the number that sizes it at nothing."""
+    if entry.fitted is None:
+        return None
+    use, size = entry.fitted.model.physics[-1], shelf_terms[entry.offer.term].params[0]
+    return None if size.neutral is None else replace(use, values={**use.values, size.name: size.neutral})
 
 
 def needed(ranked: Sequence[Entry]) -> list[Entry]:
@@ -263,9 +276,14 @@ def settled_onset(hand: Round, floor: Array) -> Round:
 
 
 def matters(hand: Round, entry: Entry) -> bool:
-    """Whether a fitted term is large enough for a name: a torque must be, a sensor's error need only be sure."""
-    if is_sensor(entry.offer.term) or entry.fitted is None:
-        return entry.fitted is not None
+    """Whether a fitted term is large enough for a name: a torque must be, an error of what is seen need only be sure.
+
+    An error of the current is as good as a torque.
+    """
+    if entry.fitted is None:
+        return False
+    if is_sensor(entry.offer.term) and not entry.offer.term.startswith("current_"):
+        return True
     model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
     return bool(torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0] > MATERIAL)
 

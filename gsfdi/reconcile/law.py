@@ -117,6 +117,8 @@ class Held:
 
 SURE = 25.0
 """Log-likelihood that a finding must gain."""
+LEFT = 0.7
+"""Ratio below which a part of the law that was scaled in noise is not believed."""
 AGES = (0.0, 0.5, 1.0, 1.5, 2.0)
 """Ages of a speed that is taken from differences of positions, in ticks."""
 
@@ -145,11 +147,12 @@ def _matters(finding: LawFinding, size: float, law: Controller) -> bool:
 def _believable(held: Held, noise: float, measured: bool) -> list[LawFinding]:
     """Findings that account for most of the misfit, or for all of it that is no noise.
 
-    Where the speed was differentiated from positions only the plainest are believed.
+    Where the speed was differentiated from positions only the plainest are believed, and no derivative gain.
     """
     found = [f for f in _hypotheses(held, measured) if f.gain > SURE]
-    if not measured:
-        found = [f for f in found if f.term != "controller_derivative" and (f.share > 0.5 or f.term == "current_limit")]
+    if not measured:  # noise of the slopes draws what is scaled to nothing, which then seems to explain all
+        found = [f for f in found if f.term != "controller_derivative"]
+        found = [f for f in found if (f.share > 0.5 or f.term == "current_limit") and f.values.get("ratio", 1.0) > LEFT]
     return [f for f in found if f.share > 0.5 or (f.share > 0.05 and held.left**2 * (1 - f.share) < (1.3 * noise) ** 2)]
 
 
