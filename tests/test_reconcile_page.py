@@ -54,10 +54,10 @@ def test_many_joints_begin_with_a_summary_that_leads_to_each() -> None:
     assert len(page.encode()) < 2_000_000
 
 
-def test_the_page_tells_what_would_have_been_seen() -> None:
+def test_the_page_tells_what_could_have_been_seen() -> None:
     least = [{"term": "coulomb_friction", "side": "motor", "parameters": {"torque_nm": 0.0123}}]
     page = write([Story({**BARE, "mismatch": {"smallest_seen": least}})], [], "2026-11-21")
-    assert "What would have been seen" in page
+    assert "What could have been seen" in page
     assert "0.0123" in page
 
 

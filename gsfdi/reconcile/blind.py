@@ -29,7 +29,7 @@ STRETCHES = 10
 """Stretches of time in which a finding must be the same."""
 UNLIKE = float(chi2.ppf(0.95, STRETCHES - 1))
 """How unlike they may be by chance, once in twenty."""
-WHOLE = 0.85
+WHOLE = 0.88
 """Share of everything that the setpoint accounts for that a finding must hold."""
 BETWEEN = 0.03
 """Standard deviation, in ticks, of what reading between samples costs a delay."""

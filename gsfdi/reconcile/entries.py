@@ -120,7 +120,7 @@ def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
 
 
 def smallest_seen(case: Case, verdict: Outcome) -> list[dict[str, Any]]:
-    """Lay out the least of every term that would have been named, where nothing was."""
+    """Lay out the least of every term that could have been named, where nothing was."""
     if verdict not in ("no_mismatch", "not_enough_data"):
         return []
     axis = case.nominal.axis

@@ -1,7 +1,8 @@
-"""What would have been seen: the least of each term that this motion could not have hidden.
+"""What could have been seen: the least of each term that this motion can tell from noise.
 
-A signature of information ``I`` gains ``c² I / 2`` in log-likelihood when it is there ``c`` times. The least that is
-seen gains as much as a name costs.
+A signature of information ``I`` gains ``c² I / 2`` in log-likelihood when it is there ``c`` times. The least that could
+be seen gains as much as a name costs. It is a bound from below: an effect that is somewhat larger may still pass for
+process noise, by which it then is judged.
 """
 
 from collections.abc import Mapping
@@ -23,7 +24,7 @@ FAR = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Smallest:
-    """The least of a term that would have been named: the value of its first number, the others as usual here."""
+    """The least of a term that could have been named: the value of its first number, the others as usual here."""
 
     term: str
     side: Side | None

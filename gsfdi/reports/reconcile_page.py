@@ -220,7 +220,7 @@ def parameters(term: Fields) -> list[dict[str, object]]:
 
 
 def unseen(joint: Fields) -> list[dict[str, object]]:
-    """Tabulate the least of each term that would have been seen."""
+    """Tabulate the least of each term that could have been seen."""
     found = (joint.get("mismatch") or {}).get("smallest_seen") or ()
     plain = [{**item, "parameters": {key: {"value": v} for key, v in item["parameters"].items()}} for item in found]
     return [{"name": named(item), "rows": parameters(item)} for item in plain]
