@@ -3,17 +3,18 @@
 from dataclasses import replace
 
 import pytest
+from rigid import JOINT
 
-from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
+from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.simulate import simulate_record
 
-BARE = JointModel(
-    name="J",
-    structure="rigid",
-    plant=Plant(output_inertia=2.0, gear_ratio=1.0, torque_constant=0.5),
-    controller=Controller(200.0, 100.0, 40.0, 100.0, effort="motor_current"),
-    sensors=Sensors(position_noise=1e-5, motor_velocity_noise=1e-3, effort_noise=0.01),
+assert JOINT.controller is not None
+BARE = replace(
+    JOINT,
+    plant=replace(JOINT.plant, torque_constant=0.5),
+    controller=replace(JOINT.controller, effort="motor_current"),
+    effort="motor_current",
 )
 
 

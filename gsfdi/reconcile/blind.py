@@ -18,8 +18,8 @@ from scipy.signal import lfilter
 from scipy.stats import chi2
 
 from gsfdi.drive import drive_of
-from gsfdi.model import Controller, JointModel
-from gsfdi.reconcile.sheet import LawFinding, Log, Sheet, columns_of, commanded, misfits, scaled
+from gsfdi.model import JointModel
+from gsfdi.reconcile.sheet import Held, LawFinding, Log, Sheet, columns_of, commanded, scaled
 from gsfdi.simulate import replay
 from gsfdi.types import Array, JointRecord
 
@@ -75,34 +75,33 @@ class _Trial:
         return float(self.shown @ misfit / (self.shown @ self.seen))
 
 
-def instrumental(pair: Blind, law: Controller, findings: Sequence[LawFinding], least: float) -> list[LawFinding]:
-    """What may be wrong beside `findings`: what alone holds all that the setpoint accounts for.
+def instrumental(held: Held, model: Log, least: float) -> list[LawFinding]:
+    """What may be wrong besides what was found: what alone holds all that the setpoint accounts for.
 
-    Nothing that moves the effort by less than `least` is given.
+    `model` is the log that the nominal simulation shows. Nothing that moves the effort by less than `least` is given.
     """
-    late = sum(f.values.get("delay_s", 0.0) for f in findings)
-    seen, shown = pair.log.sheets(law, late), pair.shown.sheets(law, late)
-    off = misfits(seen, findings)
-    if max(map(len, off), default=0) <= 2 * ORDER:
+    if max(map(len, held.off), default=0) <= 2 * ORDER:
         return []
-    white = _White(off, shown)
-    misfit = white(off)
+    law, findings, shown = held.law, held.findings, model.sheets(held.law, held.late)
+    white = _White(held.off, shown)
+    misfit = white(held.off)
     trials = [
         _Trial(name, white(columns), white(instruments), float(np.concatenate(instruments).std()))
         for (name, columns), instruments in zip(
-            columns_of(seen, findings).items(), columns_of(shown, findings).values(), strict=True
+            columns_of(held.sheets, findings).items(), columns_of(shown, findings).values(), strict=True
         )
     ]
     taken = {f.term for f in findings}
     trials = [trial for trial in trials if trial.shown @ trial.shown > 0 and trial.term not in taken]
     if not trials or not misfit.any():  # a setpoint that moves nothing, or a law that holds to the last digit
         return []
-    delays = {ticks: white(_later(pair.shown, law, late, ticks, findings)) for ticks in DELAYS}
+    ages = {ticks: model.sheets(law, held.late + ticks / law.sample_rate) for ticks in DELAYS}
+    delays = {ticks: white(_later(shown, aged, findings)) for ticks, aged in ages.items()}
     rest = [white(columns) for columns in _motions(shown)]
     basis = np.linalg.qr(_unit([*(t.shown for t in trials), *delays.values(), *rest]))[0]
-    held = float(np.sum((basis.T @ misfit) ** 2))
-    power = max(float(misfit @ misfit) - held, 1e-9 * held) / len(misfit)
-    whole = held - basis.shape[1] * power  # every column catches some noise
+    caught = float(np.sum((basis.T @ misfit) ** 2))
+    power = max(float(misfit @ misfit) - caught, 1e-9 * caught) / len(misfit)
+    whole = caught - basis.shape[1] * power  # every column catches some noise
     found = [_sized(t, misfit, power, whole) for t in trials if abs(t.size(misfit)) * t.felt > least]
     if not any("delay_s" in f.values for f in findings):
         found.append(_delayed(delays, misfit, power, whole, 1.0 / law.sample_rate))
@@ -142,10 +141,10 @@ def _steady(shown: Array, seen: Array, misfit: Array, slope: float, power: float
     return unlike < UNLIKE
 
 
-def _later(shown: Log, law: Controller, late: float, ticks: float, findings: Sequence[LawFinding]) -> list[Array]:
-    """What stamps that are `ticks` late do to the law's misfit."""
+def _later(shown: Sequence[Sheet], aged: Sequence[Sheet], findings: Sequence[LawFinding]) -> list[Array]:
+    """What stamps do to the law's misfit that are as late as those of the `aged` sheets."""
     found = []
-    for now, then in zip(shown.sheets(law, late), shown.sheets(law, late + ticks / law.sample_rate), strict=True):
+    for now, then in zip(shown, aged, strict=True):
         moved = commanded(then, findings) - commanded(now, findings)[: len(then.t)]
         found.append(np.concatenate([moved, np.zeros(len(now.t) - len(then.t))]))
     return found

@@ -248,7 +248,7 @@ def calibrated(hand: Round, screening: Screening, ranked: Sequence[Entry]) -> li
     found = []
     for entry in ranked:
         own = float(np.max(times[slice(*entry.rows)], initial=1.0))
-        found.append(replace(entry, inflation=own, bar=max(LEAST, bar(own, len(times), CHANCE)) + onset_cost(entry)))
+        found.append(replace(entry, inflation=own, bar=_bar(entry, own, len(times))))
     return found
 
 
@@ -263,7 +263,11 @@ def settled_bar(settled: Round, entry: Entry, trials: int) -> float:
     rest, columns = fitted.jacobian[:, ~own], fitted.jacobian[:, own]
     bare = columns - rest @ np.linalg.lstsq(rest, columns, rcond=1e-9)[0]
     times = inflations(bare.T, np.sum(bare**2, axis=0), fitted.residual, settled.stand.blocks())
-    return max(LEAST, bar(float(np.max(times, initial=1.0)), trials, CHANCE)) + onset_cost(entry)
+    return _bar(entry, float(np.max(times, initial=1.0)), trials)
+
+
+def _bar(entry: Entry, inflation: float, trials: int) -> float:
+    return max(LEAST, bar(inflation, trials, CHANCE)) + onset_cost(entry)
 
 
 def settled_onset(hand: Round, floor: Array) -> Round:

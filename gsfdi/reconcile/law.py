@@ -6,15 +6,14 @@ limit, or in the clock between effort and measurement, and is settled before any
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.blind import BETWEEN, blind, instrumental
-from gsfdi.reconcile.sheet import LawFinding, Log, Sheet, columns_of, commanded, misfits, scaled
-from gsfdi.types import Array, JointRecord
+from gsfdi.reconcile.sheet import Held, LawFinding, Log, columns_of, commanded, misfits, scaled
+from gsfdi.types import JointRecord
 
 COARSE = 0.003
 """Share of the effort below which a misfit of the law is how it was sampled and held rather than what it is."""
@@ -46,73 +45,24 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
     measured = all(np.isfinite(measured_velocity(r, model)).any() for r in records)
     pair = None if measured else blind(records, model)
     log = pair.log if pair is not None else Log(records, model)
-    sheets = log.sheets(law)
-    if not sheets or not 0.5 < law.sample_rate * np.median(np.diff(sheets[0].t)) < 1.5:
-        return None
-    if not measured and law.derivative_delay == 0.0:
-        law = replace(law, derivative_delay=speed_age(log, law))
     held = Held(log, law)
+    if not held.sheets or not 0.5 < law.sample_rate * np.median(np.diff(held.sheets[0].t)) < 1.5:
+        return None
+    if not measured and law.derivative_delay == 0.0 and (age := speed_age(log, law)) > 0.0:
+        law = replace(law, derivative_delay=age)
+        held = Held(log, law)
     noise = float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12)))
     noise = noise if noise > 0 and measured else max(noise, held.hiss)
     size = float(np.sqrt(np.mean(np.concatenate([s.effort for s in held.sheets]) ** 2)))
     before = held.left
     while len(held.findings) < most:
-        trials = instrumental(pair, law, held.findings, COARSE * size) if pair is not None else []
+        trials = instrumental(held, pair.shown, COARSE * size) if pair is not None else []
         trials = [f for f in trials if f.gain > SURE]
         trials = trials or [f for f in _believable(held, noise, measured) if _matters(f, size, law)]
         if not trials:
             break
         held = replace(held, findings=(*held.findings, max(trials, key=lambda f: f.gain)))
     return LawCheck(before, held.left, size, noise, held.findings, law.derivative_delay)
-
-
-@dataclass(frozen=True)
-class Held:
-    """A law held against its log, with what was found of it."""
-
-    log: Log
-    law: Controller
-    findings: tuple[LawFinding, ...] = ()
-
-    @property
-    def late(self) -> float:
-        """Time [s] by which measurements were found to be stamped late."""
-        return sum(f.values.get("delay_s", 0.0) for f in self.findings)
-
-    @cached_property
-    def sheets(self) -> list[Sheet]:
-        """Every stretch, laid out with its measurements where they belong."""
-        return self.log.sheets(self.law, self.late)
-
-    @cached_property
-    def off(self) -> list[Array]:
-        """Recorded effort less the law's."""
-        return misfits(self.sheets, self.findings)
-
-    @property
-    def energy(self) -> float:
-        """Sum of the squares of what the law leaves."""
-        return float(sum(m @ m for m in self.off))
-
-    @property
-    def samples(self) -> int:
-        """Samples over all stretches."""
-        return sum(len(m) for m in self.off)
-
-    @property
-    def left(self) -> float:
-        """Root mean square of what the law leaves."""
-        return float(np.sqrt(self.energy / self.samples))
-
-    @property
-    def hiss(self) -> float:
-        """White noise of the effort, from its third differences."""
-        third = np.concatenate([np.diff(s.effort - commanded(s, []), 3) for s in self.sheets])
-        return float(1.4826 * np.median(np.abs(third)) / 20.0**0.5)
-
-    def gain(self, rest: float) -> float:
-        """Log-likelihood gained where the misfit's energy falls to `rest`."""
-        return 0.5 * self.samples * float(np.log(self.energy / max(rest, 1e-12 * self.energy)))
 
 
 SURE = 25.0

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -169,3 +170,52 @@ def scaled(term: str, slope: float, gain: float, share: float, spread: float) ->
     """Give a column's coefficient as a finding."""
     ratio = 1 / (1 + slope) if term == "position_gain" else 1 + slope
     return LawFinding(term, {"ratio": ratio}, None, gain, share, spread)
+
+
+@dataclass(frozen=True)
+class Held:
+    """A law held against its log, with what was found of it."""
+
+    log: Log
+    law: Controller
+    findings: tuple[LawFinding, ...] = ()
+
+    @property
+    def late(self) -> float:
+        """Time [s] by which measurements were found to be stamped late."""
+        return sum(f.values.get("delay_s", 0.0) for f in self.findings)
+
+    @cached_property
+    def sheets(self) -> list[Sheet]:
+        """Every stretch, laid out with its measurements where they belong."""
+        return self.log.sheets(self.law, self.late)
+
+    @cached_property
+    def off(self) -> list[Array]:
+        """Recorded effort less the law's."""
+        return misfits(self.sheets, self.findings)
+
+    @property
+    def energy(self) -> float:
+        """Sum of the squares of what the law leaves."""
+        return float(sum(m @ m for m in self.off))
+
+    @property
+    def samples(self) -> int:
+        """Samples over all stretches."""
+        return sum(len(m) for m in self.off)
+
+    @property
+    def left(self) -> float:
+        """Root mean square of what the law leaves."""
+        return float(np.sqrt(self.energy / self.samples))
+
+    @property
+    def hiss(self) -> float:
+        """White noise of the effort, from its third differences."""
+        third = np.concatenate([np.diff(s.effort - commanded(s, []), 3) for s in self.sheets])
+        return float(1.4826 * np.median(np.abs(third)) / 20.0**0.5)
+
+    def gain(self, rest: float) -> float:
+        """Log-likelihood gained where the misfit's energy falls to `rest`."""
+        return 0.5 * self.samples * float(np.log(self.energy / max(rest, 1e-12 * self.energy)))
