@@ -17,9 +17,9 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.doubted import estimated, moot_terms
-from gsfdi.reconcile.hand import Round, is_sensor, lay_out, settle, started, with_term
+from gsfdi.reconcile.hand import Round, is_sensor, lay_out, likelier, settle, started, with_term
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
-from gsfdi.reconcile.noise import effort_floor, surprise
+from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset, refit, screen
@@ -118,11 +118,6 @@ def opening(stand: Bench, model: JointModel, level: float) -> Round:
 def missing(hand: Round, floor: Array) -> float:
     """Size of the process noise beyond what is known to be there [N m]: what the model in hand lacks."""
     return float(np.sqrt(np.sum(np.maximum(hand.torque**2 - floor**2, 0.0))))
-
-
-def likelier(new: Round, old: Round) -> float:
-    """Log-likelihood that `new` gains upon `old`, each under the process noise that suits it best."""
-    return surprise(old.stand, old.innovations, old.torque) - surprise(new.stand, new.innovations, new.torque)
 
 
 def simplified(hand: Round, given: int) -> Round:

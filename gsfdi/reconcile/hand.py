@@ -9,11 +9,14 @@ from gsfdi.fit import Fitted, Knob, Started, slopes
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.noise import process_noise
+from gsfdi.reconcile.noise import process_noise, surprise
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 from gsfdi.whiten import Whitener
+
+NEARLY = 3.0
+"""Process noise over what is known to be there up to which nothing is missing."""
 
 
 def started(model: JointModel, stretches: int) -> Started:
@@ -91,9 +94,25 @@ def lay_out(stand: Bench, tools: list[Whitener], fitted: Fitted) -> Round:
 
 
 def settle(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array) -> Round:
-    """Fit the knobs and estimate the process noise in turns, from coarse to fine."""
+    """Fit the knobs and estimate the process noise in turns, from coarse to fine.
+
+    Where a joint sticks, too large a noise makes itself true: the observer that expects it shakes the friction loose.
+    So with dry friction the search begins a second time, from a tenth of what it found.
+    """
     near = process_noise(stand, [e[0] for e in stand.innovations([model])], floor)
-    for finer in (False, True, True):
+    hand = _in_turns(stand, model, knobs, floor, near, (False, True, True))
+    if not sticks(model) or np.all(hand.torque < NEARLY * floor):
+        return hand
+    low = np.maximum(floor, 0.1 * hand.torque)
+    other = _in_turns(hand.stand, hand.fitted.model, knobs, floor, low, (True, True))
+    return other if likelier(other, hand) > 0 else hand
+
+
+def _in_turns(
+    stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array, turns: Sequence[bool]
+) -> Round:
+    """Fit under a noise near `near` and estimate it anew, in turns that are finer or not."""
+    for finer in turns:
         stand = stand.rebased(near, model)
         hand = take_up(stand, stand.whiteners(near), model, knobs, 5)
         near = process_noise(stand, hand.innovations, floor, near if finer else None)
@@ -101,3 +120,14 @@ def settle(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array)
     stand = stand.rebased(near, model)
     hand = take_up(stand, stand.whiteners(near), model, knobs, 8)
     return replace(hand, torque=near)
+
+
+def sticks(model: JointModel) -> bool:
+    """Whether a model holds dry friction."""
+    terms = shelf("gsfdi.terms", PhysicsTerm)
+    return any(terms[use.term].place == "dry" for use in model.physics)
+
+
+def likelier(new: Round, old: Round) -> float:
+    """Log-likelihood that `new` gains upon `old`, each under the process noise that suits it best."""
+    return surprise(old.stand, old.innovations, old.torque) - surprise(new.stand, new.innovations, new.torque)

@@ -7,25 +7,26 @@ from gsfdi.replay.laws import total
 
 
 @compiled
-def dry_mean(before, after, response, low, high):  # type: ignore[no-untyped-def]
-    """Mean over a step of a dry friction in [low, high].
+def dry_over(before, after, response, low, high):  # type: ignore[no-untyped-def]
+    """Mean over a step of a dry friction in [low, high], and how far that comes too late to stand for it.
 
     The speed is `before` the step, and would be `after` it without friction, of which each unit takes away `response`.
     Friction slides at its bound until the speed is zero; for what then remains of the step it is the torque within its
-    bounds that leaves the least speed at the end.
+    bounds that leaves the least speed at the end. Torque f₁ over a share s of the step and f₂ after it moves the angle
+    further than their mean by (f₁ - f₂) s (1 - s) / 2 times what a unit of torque adds to the speed, times the step.
     """
     first, share = 0.0, 0.0
     if before != 0.0:
         first = high if before > 0.0 else low
         end = after - response * first
         if end * before >= 0.0:
-            return first
+            return first, 0.0
         share = before / (before - end)
     rest = 1.0 - share
     if rest <= 0.0:
-        return first
+        return first, 0.0
     held = min(max((after - response * first * share) / (response * rest), low), high)
-    return first * share + held * rest
+    return first * share + held * rest, 0.5 * (first - held) * share * rest
 
 
 @compiled
@@ -41,15 +42,22 @@ def dry_range(slot, model, m, states):  # type: ignore[no-untyped-def]
 
 @inlined
 def stop_dry(flow, v, motor_low, motor_high, output_low, output_high):  # type: ignore[no-untyped-def]
-    """Dry friction on motor and output that brings the speeds of the free motion nearest to zero."""
-    on_motor, on_output = 0.0, 0.0
+    """Dry friction on motor and output that brings the speeds of the free motion nearest to zero.
+
+    Returns
+    -------
+    tuple of float
+        Mean over the step on the motor and on the output, then how far each acts before its mean (see `dry_over`).
+    """
+    on_motor, on_output, motor_early, output_early = 0.0, 0.0, 0.0, 0.0
     if motor_low == 0.0 and motor_high == 0.0 and output_low == 0.0 and output_high == 0.0:
-        return on_motor, on_output
+        return on_motor, on_output, motor_early, output_early
     for _ in range(3):
         speed = v[at.FREE, 1] - flow[1, 1, 5] * on_output
-        on_motor = dry_mean(v[at.X, 1], speed, flow[1, 1, 4], motor_low, motor_high)
+        on_motor, motor_early = dry_over(v[at.X, 1], speed, flow[1, 1, 4], motor_low, motor_high)
         if output_low == 0.0 and output_high == 0.0:
             break
         speed = v[at.FREE, 1] + v[at.FREE, 3] - (flow[1, 1, 4] + flow[1, 3, 4]) * on_motor
-        on_output = dry_mean(v[at.X, 1] + v[at.X, 3], speed, flow[1, 1, 5] + flow[1, 3, 5], output_low, output_high)
-    return on_motor, on_output
+        response = flow[1, 1, 5] + flow[1, 3, 5]
+        on_output, output_early = dry_over(v[at.X, 1] + v[at.X, 3], speed, response, output_low, output_high)
+    return on_motor, on_output, motor_early, output_early

@@ -64,9 +64,13 @@ def substep(model, era, m, v, states, flow, effort, time, h):  # type: ignore[no
     if any_in(at.MOTOR_DRY, model):
         motor_low, motor_high = dry_range(at.MOTOR_DRY, model, m, states)
     advance(flow, 1, v, at.X, at.FREE, factor * drive + spring - on_motor, -spring - on_output)
-    dry_motor, dry_output = stop_dry(flow, v, motor_low, motor_high, output_low, output_high)
+    dry_motor, dry_output, motor_early, output_early = stop_dry(
+        flow, v, motor_low, motor_high, output_low, output_high
+    )
     for i in range(4):
         v[at.X, i] = v[at.FREE, i] - flow[1, i, 4] * dry_motor - flow[1, i, 5] * dry_output
+    for i in (0, 2):
+        v[at.X, i] -= h * (flow[1, i + 1, 4] * motor_early + flow[1, i + 1, 5] * output_early)
     v[at.TORQUES, 0], v[at.TORQUES, 3] = factor, spring
     v[at.TORQUES, 1], v[at.TORQUES, 2] = on_motor + dry_motor, on_output + dry_output
 
