@@ -31,7 +31,6 @@ from gsfdi.types import Array
 
 PLANT = ("motor_inertia", "gear_ratio", "output_inertia", "stiffness", "damping", "torque_constant")
 LAW = ("proportional", "integral", "derivative", "rate_feedforward", "limit")
-TRACES = ("position", "motor_velocity", "effort", "windup", "motor_angle", "joint_velocity", "command")
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -83,7 +82,8 @@ def integrate(
 
     `outside` (n, 2) holds torque and extra dry friction from elsewhere, `noise` (n, 3) that of position, motor
     velocity and effort as the sensors see it, `effects` (slots, 4) the size of every effect and `onsets` when each
-    sets in. Returns one column per name in `TRACES`: what was measured, then what was true.
+    sets in. Returns a column each of position, motor velocity and effort as measured, then of wind-up, motor angle,
+    joint velocity and command as they were.
     """
     n = t.size
     out, sent = np.empty((n, 7)), np.zeros(n)

@@ -162,7 +162,7 @@ OUTSIDE = {"base_vibration": _vibration, "neighbour_motion": _neighbour, "grabbi
 
 
 def run(world: World, motion: Motion, seed: int, *, noisy: bool = True, limit_step: float = 5e-4) -> Array:
-    """Let the world move; one row per tick of the motion and one column per name in `integrator.TRACES`.
+    """Let the world move; one row per tick of the motion and the columns of `integrator.integrate`.
 
     The same seed gives the same sensor noise whatever acts in the world, so that two runs differ by the effect alone.
     """
