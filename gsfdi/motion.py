@@ -12,10 +12,12 @@ With Ω the motor angle reflected to the output, ε the wind-up and θ = Ω + ε
 where τ_s is the spring's torque, c ε unless a term changes it; a rigid joint ``Ison q̈ + β q̇ = N Kt i - f``.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from gsfdi.channels import Axis
+from gsfdi.scales import Scales
 from gsfdi.types import Array, Component
 
 # Places in the motion vector. ANGLE and SPEED belong to the side on which the term sits. Compiled laws have these
@@ -91,6 +93,21 @@ class Param:
         The value at which the term has no effect; None where no single value of this parameter does that.
     linear : bool
         Whether the law is proportional to the parameter, so that a regression finds it directly.
+    kind : {'plain', 'angle', 'arm', 'follower'}
+        How it acts beside the number that sizes the term. An ``angle`` counts on past `low` and `high`, turn after
+        turn; one without `trials` is a phase, which sine and cosine span. An ``arm`` makes the law size · (x - arm) or
+        size · (1 + arm x), which two trials span. A ``follower`` grows with the size; its trials belong to a full one.
+    size : callable or None
+        On a motion, value to try of the number that sizes the term, the first that has a `neutral` and no `trials`;
+        without it, 2 % off a `neutral` of 1, or a tenth of what is usual in its unit.
+    trials : callable or None
+        On a motion, values to try of a number that does not enter in proportion; none where the term cannot show.
+    plausible : callable or None
+        On a motion and near a value, bounds within which the number is still what its name says; without it, what
+        suits an order or an angle, else those of the possible.
+    step : callable or None
+        On a motion, size of a change that matters to a fit; without it, what suits an order or an angle, else the
+        distance from `neutral`.
     """
 
     name: str
@@ -102,6 +119,11 @@ class Param:
     typical: float
     neutral: float | None = None
     linear: bool = False
+    kind: Literal["plain", "angle", "arm", "follower"] = "plain"
+    size: Callable[[Scales], float] | None = None
+    trials: Callable[[Scales], Sequence[float]] | None = None
+    plausible: Callable[[Scales, float], tuple[float, float]] | None = None
+    step: Callable[[Scales], float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +153,8 @@ class PhysicsTerm:
         Where the term can sit, the usual side first; empty where there is no choice.
     structures : tuple of str
         Joints that can have it.
+    axes : tuple of str
+        Axes in whose motion it is looked for.
     dissipative : bool
         Whether it can only take energy out, for parameters within their bounds.
     memory : bool
@@ -158,6 +182,7 @@ class PhysicsTerm:
     signature: tuple[str, ...]
     sides: tuple[Literal["motor", "output"], ...] = ()
     structures: tuple[Literal["flexible", "rigid"], ...] = ("flexible", "rigid")
+    axes: tuple[Axis, ...] = ("rotary", "linear")
     dissipative: bool = False
     memory: bool = False
     stiffness: Callable[[Array], float] | None = None
@@ -165,6 +190,14 @@ class PhysicsTerm:
     wave: str = ""
     sudden: bool = True
     several: bool = False
+
+    @property
+    def order(self) -> Param | None:
+        """Number that counts periods per revolution, which makes the term a wave.
+
+        Revolutions are the motor's, or the joint's where the term acts on what is measured of the joint's angle.
+        """
+        return next((param for param in self.params if param.unit == "1/rev"), None)
 
     def param(self, name: str) -> Param:
         """Find the parameter called `name`, in its rotary or its linear spelling."""

@@ -30,6 +30,7 @@ GROUND = (
     "quality",
     "assemble",
     "motion",
+    "scales",
     "model",
     "replay",
     "atomic",

@@ -15,8 +15,9 @@ from gsfdi.errors import UnusableInputError
 from gsfdi.fit import Started
 from gsfdi.model import JointModel
 from gsfdi.reconcile.gaps import stretches
-from gsfdi.reconcile.scales import Scales, scales_of
+from gsfdi.reconcile.scales import scales_of
 from gsfdi.reconcile.sensing import grain_of, sensor_variances
+from gsfdi.scales import Scales
 from gsfdi.simulate import Trace, initial_state, replay_many
 from gsfdi.types import Array, JointRecord, Mask
 from gsfdi.whiten import Observed, Whitener, observed, respond, steady_gain, steps_of, whitener
@@ -81,15 +82,6 @@ class Bench:
     """Errors ``(n, 2)`` of sensors so coarse that their error is no white noise, as they would be on this motion."""
     window: tuple[float, float] = HOLD_OUT
     """Part of the time that is kept for judging, as shares."""
-
-    @property
-    def critical(self) -> float:
-        """Critical damping of the gearbox's own mode [N m s/rad]."""
-        plant = self.model.plant
-        motor = plant.gear_ratio**2 * plant.motor_inertia
-        if not np.isfinite(plant.stiffness):
-            return np.inf
-        return float(2 * np.sqrt(plant.stiffness * motor * plant.output_inertia / (motor + plant.output_inertia)))
 
     def innovations(self, models: Sequence[JointModel]) -> list[Array]:
         """Innovations ``(m, n, 2)`` of each model, by record; NaN where a channel is missing."""

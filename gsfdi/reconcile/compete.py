@@ -45,8 +45,6 @@ CHANCE = 0.005
 """Probability that chance alone makes one of all offers a winner."""
 KNOB_COST = 4.0
 """Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""
-ELSEWHERE = ("quantisation", "current_limit", "timestamp_latency")
-"""Terms that show in the controller's law or in the values themselves, not in the mechanics."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -316,13 +314,11 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) 
     found = [
         offer
         for term in shelf_terms.values()
-        if stand.model.structure in term.structures and term.name not in ELSEWHERE
+        if stand.model.structure in term.structures and stand.model.axis in term.axes
         for offer in offers(term, stand.scales, orders)
     ]
     if stand.model.structure == "rigid":
         found = [replace(o, side=None) for o in found if o.side != "motor"]
-    if stand.model.axis == "linear":
-        found = [o for o in found if o.term != "gravity_unbalance"]  # its weight does not turn
     found = [lowered(offer, stand.model, shelf_terms[offer.term]) for offer in found]
     there = {(u.term, u.side) for u in hand.fitted.model.physics[given:] if not shelf_terms[u.term].several}
     return [o for o in found if (o.term, o.side) not in there]

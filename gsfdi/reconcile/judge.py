@@ -121,8 +121,8 @@ def alike(hand: Round, one: TermUse, other: TermUse) -> bool:
     if set(both) != {"coulomb_friction", "presliding_friction"}:
         return False
     name = "stiffness_nm_rad"
-    bristle = shelf("gsfdi.terms", PhysicsTerm)["presliding_friction"]
-    return both["presliding_friction"].values[name] > 0.98 * plausible(hand.stand, bristle, name)[1]
+    bristle, value = shelf("gsfdi.terms", PhysicsTerm)["presliding_friction"], both["presliding_friction"].values[name]
+    return value > 0.98 * plausible(hand.stand, bristle, bristle.param(name), value)[1]
 
 
 def unfitted_likes(own: TermUse, contest: Contest) -> list[Entry]:

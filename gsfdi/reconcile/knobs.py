@@ -4,7 +4,7 @@ import numpy as np
 
 from gsfdi.fit import START, Knob
 from gsfdi.model import JointModel
-from gsfdi.motion import PhysicsTerm
+from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.surplus import surplus
 from gsfdi.reconcile.turning import DOUBT, believed
@@ -49,101 +49,45 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
     knobs = []
     for param in term.params:
         value = use.values[param.name]
-        low, high = plausible(stand, term, param.name)
-        if term.name == "end_stop" and param.name == "angle_rad":
-            low, high = _beyond(stand, value)
-        if param.name == "order":
-            reach = ORDER_OFF * value if _is_whole(stand, term) else 0.4
-            low, high = max(0.7, value - reach), value + reach
-        low, high = (
-            (max(low, param.low), min(high, param.high))
-            if param.name not in ("phase_rad", "angle_rad")
-            else (low, high)
-        )
+        low, high = plausible(stand, term, param, value)
+        if param.kind != "angle":
+            low, high = max(low, param.low), min(high, param.high)
         if param is term.params[0] and (spare := surplus(stand.model, term, use.side)) > 0:
             low = -spare
-        scale = abs(value - (param.neutral or 0.0)) or param.typical
-        if param.neutral is None:
-            scale = _shape_scale(stand, term, param.name, scale)
-        if term.name == "asymmetric_friction":
-            scale = 0.1 * stand.scales.of(param.unit)
-        knobs.append(Knob(place, param.name, scale, low, high))
+        knobs.append(Knob(place, param.name, _step(stand, term, param, value), low, high))
     return knobs
 
 
-PASSED = 0.4
-"""Share of half the range by which the joint may press beyond a stop: what it passes by further does not stop it."""
-
-
-def _beyond(stand: Bench, angle: float) -> tuple[float, float]:
-    """Ends between which a stop near `angle` may lie: at the edge of the motion."""
-    s = stand.scales
-    ends = s.centre + np.sign(angle - s.centre) * s.reach * np.array([1 - PASSED, 1.05])
-    return float(ends.min()), float(ends.max())
+def plausible(stand: Bench, term: PhysicsTerm, param: Param, value: float) -> tuple[float, float]:
+    """Bounds within which a number near `value` is still what its name says, on this motion."""
+    if param.plausible is not None:
+        return param.plausible(stand.scales, value)
+    if param is term.order:
+        off = ORDER_OFF * value if stand.model.axis == "rotary" else TRAVEL_OFF
+        return max(FIRST, value - off), value + off
+    return (-ROUND, ROUND) if param.kind == "angle" else (-np.inf, np.inf)
 
 
 ORDER_OFF = 0.01
-"""Share by which a whole order may seem off: as much as the gear ratio in the model may."""
+"""Share by which a whole order may seem off, as that of a wave which repeats with each turn of a magnet or a disc: as
+much as the gear ratio in the model may."""
+TRAVEL_OFF = 0.4
+"""How far an order may be off along a travel, where nothing says that it is whole."""
+FIRST = 0.7
+"""Least order of a wave: a slower one is what a weight or a cable does, too."""
+ROUND = 20.0
+"""How far a fit may turn a phase [rad]: round and round, for after each turn it is the same again."""
 
 
-def _is_whole(stand: Bench, term: PhysicsTerm) -> bool:
-    """Whether a wave repeats with each turn of a magnet or a disc: its order is then a whole number."""
-    return stand.model.axis == "rotary" and term.name != "transmission_error"
-
-
-def _shape_scale(stand: Bench, term: PhysicsTerm, name: str, scale: float) -> float:
-    """Size of a change that matters, for a number that gives a term its shape."""
-    sizes = {
-        "centre_rad": 0.3 * stand.scales.reach,
-        "rest_rad": stand.scales.reach,
-        "angle_rad": stand.scales.reach if term.name == "end_stop" else 1.0,
-        "phase_rad": 1.0,
-        "order": 0.3 / (np.pi * max(_turns(stand, term), 1.0)),
-        "per_degc": 0.02,
-        "onset_s": 0.05 * stand.scales.seconds,
-    }
-    return sizes.get(name, scale)
-
-
-def plausible(stand: Bench, term: PhysicsTerm, name: str) -> tuple[float, float]:
-    """Bounds within which a number is still what its name says, on this motion.
-
-    A Stribeck speed beyond all speeds would be Coulomb friction by another name, and so would a stiff bristle.
-    """
-    s = stand.scales
-    low, high = s.centre - 1.05 * s.reach, s.centre + 1.05 * s.reach
-    ranges: dict[tuple[str, str], tuple[float, float]] = {
-        ("torque_constant_change", "ratio"): (0.3, 1.5),
-        ("current_gain", "ratio"): (0.3, 3.0),
-        ("velocity_gain", "ratio"): (0.3, 3.0),
-        ("position_gain", "ratio"): (0.3, 3.0),
-        ("motor_inertia_change", "ratio"): (0.5, 2.0),
-        ("output_inertia_change", "ratio"): (0.2, 5.0),
-        ("stiffness_change", "ratio"): (0.2, 1.6),
-        ("load_dependent_friction", "ratio"): (0.0, 0.5),
-        ("torque_ripple", "amplitude_ratio"): (0.0, 0.6),
-        ("stribeck_friction", "velocity_rad_s"): (0.004 * s.speed, 0.7 * s.speed),
-        ("stiffening", "cubic_per_rad2"): (0.0, 10.0 * s.windup**-2),
-        ("presliding_friction", "torque_nm"): (0.0, 3.0 * s.torque),
-        ("gearbox_hysteresis", "torque_nm"): (0.0, 3.0 * s.torque),
-        ("presliding_friction", "stiffness_nm_rad"): (0.05 * s.torque / s.reach, 3e3 * s.torque / s.reach),
-        ("position_dependent_friction", "centre_rad"): (low, high),
-        ("position_dependent_friction", "width_rad"): (0.01 * s.reach, 0.6 * s.reach),
-        ("gearbox_hysteresis", "width_rad"): (0.02 * s.windup, 3.0 * s.windup),
-        ("gearbox_damping", "coefficient_nms_rad"): (0.0, stand.critical),
-        ("structural_mode", "frequency_hz"): (0.1, 0.25 / s.period),
-        ("structural_mode", "damping_ratio"): (1e-3, 0.3),
-        ("structural_mode", "inertia_kg_m2"): (0.0, 2.0 * s.inertia),
-        ("end_stop", "stiffness_nm_rad"): (0.0, 300.0 * s.torque / s.reach),
-        ("torque_constant_drift", "onset_s"): (0.0, 0.98 * s.seconds),
-        ("torque_constant_drift", "rate_per_s"): (-0.1, 0.1),
-        ("cable_harness", "rest_rad"): (s.centre - 10 * s.reach, s.centre + 10 * s.reach),
-        ("backlash", "half_width_rad"): (0.0, 10 * s.windup),
-        ("magnetic_saturation", "current_a"): (0.2 * s.effort, 1e3 * s.effort),
-        ("actuation_delay", "delay_s"): (0.0, 10 * s.period),
-    }
-    free = (-20.0, 20.0) if name in ("phase_rad", "angle_rad") else (-np.inf, np.inf)
-    return ranges.get((term.name, name), free)
+def _step(stand: Bench, term: PhysicsTerm, param: Param, value: float) -> float:
+    """Size of a change that matters to a number."""
+    if param.step is not None:
+        return param.step(stand.scales)
+    if param is term.order:
+        return 0.3 / (np.pi * max(_turns(stand, term), 1.0))
+    if param.kind == "angle":  # it counts from anywhere, so that its own size says nothing
+        return param.typical
+    return abs(value - (param.neutral or 0.0)) or param.typical
 
 
 def _turns(stand: Bench, term: PhysicsTerm) -> float:

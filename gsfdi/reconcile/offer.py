@@ -2,7 +2,8 @@
 
 An offer is a term with one column or two. A column is a trial of the term whose trace, less the trace without it, is
 the term's signature; a term that is linear in two numbers at once (sine and cosine of a phase, spring and rest angle)
-needs two. Numbers that enter non-linearly stand on a small grid, one offer each.
+needs two. Numbers that enter non-linearly stand on a small grid, one offer each. Which number is which, and in what
+sizes it is tried, the term's own file says.
 """
 
 import itertools
@@ -13,11 +14,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsfdi.model import Side, TermUse
-from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.scales import Scales
+from gsfdi.motion import Param, PhysicsTerm
+from gsfdi.scales import Scales
 from gsfdi.types import Array
 
 Values = Mapping[str, float]
+Mix = Callable[[Array], Values | None]
+Form = tuple[tuple[Values, ...], Mix]
+"""Columns of an offer, and how they mix."""
+OFF = 0.02
+"""How far off 1 a ratio to what is nominal is tried."""
+SHARE = 0.1
+"""Share of what is usual in its unit at which any other number that sizes a term is tried."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,50 +47,12 @@ class Offer:
     term: str
     side: Side | None
     columns: tuple[Values, ...]
-    mix: Callable[[Array], Values | None]
+    mix: Mix
     least: float = 0.0
 
     def use(self, values: Values, onset: float | None = None) -> TermUse:
         """Write the term as a model holds it."""
         return TermUse(self.term, dict(values), self.side, onset)
-
-
-def _along(term: PhysicsTerm, trial: Values, name: str) -> Callable[[Array], Values | None]:
-    """Mix of one column: parameter `name` in proportion to the coefficient."""
-    param = term.param(name)
-    neutral = param.neutral if param.neutral is not None else 0.0
-
-    def mix(c: Array) -> Values | None:
-        value = neutral + float(c[0]) * (trial[name] - neutral)
-        return {**trial, name: value} if param.low <= value <= param.high and c[0] != 0 else None
-
-    return mix
-
-
-def _waves(
-    trial: Values, size: str, phase: str, sense: float = 1.0
-) -> tuple[tuple[Values, ...], Callable[[Array], Values | None]]:
-    """Sine and cosine of one wave; `sense` is -1 where the phase is subtracted."""
-
-    def mix(c: Array) -> Values | None:
-        size_now = float(np.hypot(c[0], c[1])) * trial[size]
-        return {**trial, size: size_now, phase: sense * math.atan2(c[1], c[0])} if size_now > 0 else None
-
-    return ({**trial, phase: 0.0}, {**trial, phase: sense * math.pi / 2}), mix
-
-
-def _lever(
-    trial: Values, size: str, arm: str, ends: tuple[float, float]
-) -> tuple[tuple[Values, ...], Callable[[Array], Values | None]]:
-    """Number and arm of ``size · (x - arm)`` or ``size · (1 + arm x)``, spanned by the two ends of the arm."""
-
-    def mix(c: Array) -> Values | None:
-        whole = float(c[0] + c[1])
-        if whole <= 0:
-            return None
-        return {**trial, size: whole * trial[size], arm: float(c[0] * ends[0] + c[1] * ends[1]) / whole}
-
-    return ({**trial, arm: ends[0]}, {**trial, arm: ends[1]}), mix
 
 
 def offers(term: PhysicsTerm, scales: Scales, orders: Mapping[str, Sequence[float]]) -> Iterator[Offer]:
@@ -96,118 +66,108 @@ def offers(term: PhysicsTerm, scales: Scales, orders: Mapping[str, Sequence[floa
         Orders worth trying for the terms that are waves.
     """
     for side in term.sides or (None,):
-        if term.name in orders:
-            size = term.params[0]
-            for order in orders[term.name]:
-                trial = {size.name: 0.1 * _wave_size(size.unit, term, scales), "order": order, "phase_rad": 0.0}
-                columns, mix = _waves(trial, size.name, "phase_rad")
-                yield Offer(term.name, side, columns, mix)
-        elif term.name in _PAIRS:
-            yield from _pair(term, side, scales)
-        else:
-            yield from _grid(term, side, scales)
-
-
-def _wave_size(unit: str, term: PhysicsTerm, scales: Scales) -> float:
-    return 10 * max(scales.noise, 1e-3 * scales.reach) if term.place == "position_sensor" else scales.of(unit)
-
-
-def _pair(term: PhysicsTerm, side: Side | None, scales: Scales) -> Iterator[Offer]:
-    """Terms that are linear in two numbers."""
-    low, high = scales.centre - scales.reach, scales.centre + scales.reach
-    size = term.params[0]
-    trial = {size.name: 0.1 * scales.of(size.unit)}
-    if term.name == "gravity_unbalance":
-        columns, mix = _waves(trial, size.name, "angle_rad")
-        yield Offer(term.name, side, columns, mix)
-    elif term.name == "cable_harness":
-        columns, mix = _lever(trial, size.name, "rest_rad", (low, high))
-        yield Offer(term.name, side, columns, mix)
-    elif term.name == "temperature_dependent_friction":
-        if scales.warms:
-            columns, mix = _lever(trial, size.name, "per_degc", (-0.03, 0.01))
+        for columns, mix in _forms(term, scales, orders.get(term.name, ())):
             yield Offer(term.name, side, columns, mix)
-    else:
-        dry, wet = (param.name for param in term.params)
-        one = {dry: trial[size.name], wet: 0.0}
-        two = {dry: 0.0, wet: 0.1 * scales.of(term.params[1].unit)}
-
-        def mix(c: Array) -> Values | None:
-            return {dry: float(c[0]) * one[dry], wet: float(c[1]) * two[wet]}
-
-        yield Offer(term.name, side, (one, two), mix)
 
 
-_PAIRS = ("gravity_unbalance", "cable_harness", "temperature_dependent_friction", "asymmetric_friction")
+def _forms(term: PhysicsTerm, scales: Scales, orders: Sequence[float]) -> Iterator[Form]:
+    """Columns and mix for every point of the grid on which the numbers stand that enter non-linearly."""
+    trials = {param.name: param.trials(scales) for param in term.params if param.trials is not None}
+    if not all(trials.values()):
+        return
+    if term.order is not None:
+        trials[term.order.name] = orders
+    ends = {param.name: trials.pop(param.name) for param in term.params if param.kind == "arm"}
+    size = next((p for p in term.params if p.neutral is not None and p.trials is None), None)
+    for point in itertools.product(*trials.values()):
+        shape = dict(zip(trials, point, strict=True))
+        yield _inverse(shape) if size is None else _sized(term, size, scales, shape, ends)
 
 
-def _grid(term: PhysicsTerm, side: Side | None, scales: Scales) -> Iterator[Offer]:
-    """Terms with one number that scales them and others on a grid."""
-    shapes = _shapes(term, scales)
-    size = next((p for p in term.params if p.neutral is not None), None)
-    for point in itertools.product(*shapes.values()):
-        trial = dict(zip(shapes, point, strict=True))
-        if size is None or size.name in trial:
-            yield Offer(term.name, side, (trial,), _inverse(trial))
-            continue
-        trial[size.name] = (size.neutral or 0.0) + _trial_size(term, size.name, size.unit, scales)
-        if term.name == "presliding_friction":
-            trial["stiffness_nm_rad"] *= trial[size.name] / scales.torque
-            yield Offer(term.name, side, (trial,), _grown(trial))
-            continue
-        yield Offer(term.name, side, (trial,), _along(term, trial, size.name))
+def _sized(term: PhysicsTerm, size: Param, scales: Scales, shape: Values, ends: Mapping[str, Sequence[float]]) -> Form:
+    """Columns and mix of a term that one of its numbers sizes, the others having or not having a `shape`."""
+    value = _small(size, scales)
+    phase = next((p.name for p in term.params if p.kind == "angle" and p.name not in shape), None)
+    if phase is not None:
+        return _waves({size.name: value, **shape}, size.name, phase)
+    if ends:
+        ((arm, (low, high)),) = ends.items()
+        return _lever({size.name: value, **shape}, size.name, arm, (low, high))
+    beside = next((p for p in term.params if p.linear and p is not size), None)
+    if beside is not None:
+        return _two({size.name: value}, {beside.name: _small(beside, scales)})
+    followers = [p.name for p in term.params if p.kind == "follower"]
+    if followers:
+        share = value / scales.of(size.unit)
+        grown = {name: shape[name] * share for name in followers}
+        return _grown({**shape, **grown, size.name: value}, (*followers, size.name))
+    return _along({**shape, size.name: value}, size)
 
 
-def _grown(trial: Values) -> Callable[[Array], Values | None]:
-    """Mix of a term whose numbers all grow together: a bristle keeps the stretch at which it slides."""
-    return lambda c: {name: value * float(c[0]) for name, value in trial.items()} if c[0] > 0 else None
+def _small(size: Param, scales: Scales) -> float:
+    """Value at which a number that sizes a term is tried."""
+    if size.size is not None:
+        return size.size(scales)
+    return 1.0 + OFF if size.neutral == 1.0 else SHARE * scales.of(size.unit)
 
 
-def _inverse(trial: Values) -> Callable[[Array], Values | None]:
-    """Mix of a term whose effect falls with the square of its only number."""
+def _along(trial: Values, size: Param) -> Form:
+    """One column: the number `size` moves from its neutral value in proportion to the coefficient."""
+    neutral = size.neutral or 0.0
+
+    def mix(c: Array) -> Values | None:
+        value = neutral + float(c[0]) * (trial[size.name] - neutral)
+        return {**trial, size.name: value} if size.low <= value <= size.high and c[0] != 0 else None
+
+    return (trial,), mix
+
+
+def _waves(trial: Values, size: str, phase: str) -> Form:
+    """Sine and cosine of one wave."""
+
+    def mix(c: Array) -> Values | None:
+        size_now = float(np.hypot(c[0], c[1])) * trial[size]
+        return {**trial, size: size_now, phase: math.atan2(c[1], c[0])} if size_now > 0 else None
+
+    return ({**trial, phase: 0.0}, {**trial, phase: math.pi / 2}), mix
+
+
+def _lever(trial: Values, size: str, arm: str, ends: tuple[float, float]) -> Form:
+    """Number and arm of ``size · (x - arm)`` or ``size · (1 + arm x)``, spanned by the two ends of the arm."""
+
+    def mix(c: Array) -> Values | None:
+        whole = float(c[0] + c[1])
+        if whole <= 0:
+            return None
+        return {**trial, size: whole * trial[size], arm: float(c[0] * ends[0] + c[1] * ends[1]) / whole}
+
+    return ({**trial, arm: ends[0]}, {**trial, arm: ends[1]}), mix
+
+
+def _two(one: Values, other: Values) -> Form:
+    """Two numbers that both enter in proportion."""
+    ((first, size),), ((second, beside),) = one.items(), other.items()
+
+    def mix(c: Array) -> Values | None:
+        return {first: float(c[0]) * size, second: float(c[1]) * beside}
+
+    return ({first: size, second: 0.0}, {first: 0.0, second: beside}), mix
+
+
+def _grown(trial: Values, names: Sequence[str]) -> Form:
+    """Numbers that grow together, as those of a bristle that keeps the stretch at which it slides."""
+
+    def mix(c: Array) -> Values | None:
+        return {**trial, **{name: trial[name] * float(c[0]) for name in names}} if c[0] > 0 else None
+
+    return (trial,), mix
+
+
+def _inverse(trial: Values) -> Form:
+    """Only number of a term whose effect falls with its square."""
     ((name, value),) = trial.items()
 
     def mix(c: Array) -> Values | None:
         return {name: value / math.sqrt(float(c[0]))} if c[0] > 1e-4 else None
 
-    return mix
-
-
-def _trial_size(term: PhysicsTerm, name: str, unit: str, scales: Scales) -> float:
-    if term.name == "structural_mode":
-        return 0.05 * scales.inertia
-    if term.place == "position_sensor" and unit == "rad":
-        return 10 * max(scales.noise, 1e-4 * scales.reach)
-    if term.name == "end_stop":
-        return scales.of(unit)
-    if name == "ratio":
-        return 0.02
-    return 0.1 * scales.of(unit, motor_axis=term.name == "velocity_bias")
-
-
-def _shapes(term: PhysicsTerm, scales: Scales) -> Mapping[str, Sequence[float]]:
-    """Grid of the numbers that enter non-linearly."""
-    low, high = scales.centre - scales.reach, scales.centre + scales.reach
-    spread = np.linspace(low, high, 11)[1:-1:2]
-    stops = [a for s in (0.03, 0.1, 0.19) for a in (low + s * (high - low), high - s * (high - low))]
-    middle = scales.centre
-    grids: dict[str, dict[str, Sequence[float]]] = {
-        "stribeck_friction": {"velocity_rad_s": [s * scales.speed for s in (0.02, 0.06, 0.15, 0.35)]},
-        "presliding_friction": {"stiffness_nm_rad": [scales.torque / (s * scales.reach) for s in (2e-3, 1e-2, 5e-2)]},
-        "position_dependent_friction": {
-            "centre_rad": list(spread),
-            "width_rad": [0.1 * scales.reach, 0.25 * scales.reach],
-        },
-        "gearbox_hysteresis": {"width_rad": [s * scales.windup for s in (0.1, 0.3, 1.0)]},
-        "structural_mode": {
-            "frequency_hz": list(np.geomspace(0.5, 0.2 / scales.period, 9)),
-            "damping_ratio": [0.02],
-        },
-        "end_stop": {"angle_rad": [a for a in stops if (a > 0) == (a > middle)]},
-        "torque_constant_drift": {"onset_s": [s * scales.seconds for s in (0.0, 0.2, 0.4, 0.6, 0.8)]},
-        "magnetic_saturation": {"current_a": [s * scales.effort for s in (1.0, 3.0)]},
-        "backlash": {"half_width_rad": [s * scales.windup for s in (0.02, 0.1, 0.4, 1.0)]},
-        "actuation_delay": {"delay_s": [s * scales.period for s in (0.25, 1.0, 2.0)]},
-        "timestamp_latency": {"delay_s": [s * scales.period for s in (0.25, 1.0, 2.0)]},
-    }
-    return grids.get(term.name, {})
+    return (trial,), mix

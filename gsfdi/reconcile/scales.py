@@ -1,53 +1,13 @@
-"""What is usual on a motion: the sizes in which effects are tried and judged."""
+"""Measures what is usual on a motion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from gsfdi.model import JointModel
+from gsfdi.model import JointModel, Plant
 from gsfdi.reconcile.sensing import sensor_variances
+from gsfdi.scales import Scales
 from gsfdi.types import JointRecord
-
-
-@dataclass(frozen=True, slots=True)
-class Scales:
-    """What is usual on this motion: the sizes in which effects are tried.
-
-    Torque [N m] and effort are those of the drive (95th percentile), speed of the joint, reach half its range about
-    `centre`, windup the spring's under that torque, `turns` motor radians per joint radian.
-    """
-
-    torque: float
-    effort: float
-    speed: float
-    reach: float
-    centre: float
-    windup: float
-    inertia: float
-    period: float
-    seconds: float
-    turns: float
-    noise: float
-    warms: bool
-
-    def of(self, unit: str, motor_axis: bool = False) -> float:
-        """Size of a plain effect for a number in `unit`."""
-        speed = self.speed * (self.turns if motor_axis else 1.0)
-        return {
-            "N m": self.torque,
-            "N m s/rad": self.torque / self.speed,
-            "N m s²/rad²": self.torque / self.speed**2,
-            "N m/rad": self.torque / self.reach,
-            "rad": self.windup,
-            "rad/s": speed,
-            "A": self.effort,
-            "s": self.period,
-            "1": 0.1,
-            "1/rad²": self.windup**-2,
-            "kg m²": self.inertia,
-            "1/s": 1.0 / self.seconds,
-        }[unit]
 
 
 def scales_of(records: Sequence[JointRecord], model: JointModel, period: float) -> Scales:
@@ -70,9 +30,18 @@ def scales_of(records: Sequence[JointRecord], model: JointModel, period: float) 
         centre=0.5 * (high + low),
         windup=torque / plant.stiffness if np.isfinite(plant.stiffness) else 1.0,
         inertia=plant.output_inertia,
+        critical=critical(plant),
         period=period,
         seconds=max(float(r.t[-1]) for r in records),
         turns=plant.gear_ratio if np.isfinite(plant.stiffness) else 1.0,
         noise=float(np.sqrt(sensor_variances(records, model)[0])),
         warms=max(warm) > 1.0,
     )
+
+
+def critical(plant: Plant) -> float:
+    """Critical damping of the gearbox's own mode [N m s/rad]."""
+    motor = plant.gear_ratio**2 * plant.motor_inertia
+    if not np.isfinite(plant.stiffness):
+        return np.inf
+    return float(2 * np.sqrt(plant.stiffness * motor * plant.output_inertia / (motor + plant.output_inertia)))

@@ -8,8 +8,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from gsfdi.motion import PhysicsTerm, Place
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.hand import Round, project
+from gsfdi.registry import shelf
 from gsfdi.types import Array
 from gsfdi.whiten import respond
 
@@ -22,15 +24,15 @@ def worthy_orders(hand: Round, most: int = MOST) -> Mapping[str, tuple[float, ..
     """Orders to try for every term that is a wave; the best `most` of each."""
     stand = hand.stand
     states = [trace.state for trace in stand.traces(hand.fitted.model)]
-    names = ["cogging", "torque_ripple", "encoder_eccentricity"]
-    if stand.model.structure == "flexible":
-        names.append("transmission_error")
-    return {name: _best(hand, name, states, most) for name in names}
+    waves = [term for term in shelf("gsfdi.terms", PhysicsTerm).values() if term.order is not None]
+    return {
+        term.name: _best(hand, term.place, states, most) for term in waves if stand.model.structure in term.structures
+    }
 
 
-def _best(hand: Round, name: str, states: list[Array], most: int) -> tuple[float, ...]:
+def _best(hand: Round, place: Place, states: list[Array], most: int) -> tuple[float, ...]:
     stand = hand.stand
-    on_joint = name == "encoder_eccentricity"
+    on_joint = place == "position_sensor"
     orders = _grid(stand, on_joint)
     parts = []
     for i, x in enumerate(states):
@@ -39,7 +41,7 @@ def _best(hand: Round, name: str, states: list[Array], most: int) -> tuple[float
         turn = orders[:, None] * after
         shrink = 1.0 if on_joint else np.sinc(orders[:, None] * np.gradient(angle) / (2 * np.pi))
         waves = np.concatenate([shrink * np.sin(turn), shrink * np.cos(turn)])
-        torque, sensed = _acting(stand, name, i, waves)
+        torque, sensed = _acting(stand, place, i, waves)
         parts.append(respond(stand.system, stand.gain, torque, sensed, stand.steps[i]))
     signatures = stand.white(parts, hand.tools)
     gains = _gains(hand, signatures, len(orders))
@@ -57,17 +59,17 @@ def _grid(stand: Bench, on_joint: bool) -> Array:
     return np.arange(first, max(first + 1.0, min(100.0, 0.9 * fastest)) + 1.0)
 
 
-def _acting(stand: Bench, name: str, i: int, waves: Array) -> tuple[Array, Array]:
-    """Torque and sensor error that the waves of a term make, in the sizes of the bench."""
+def _acting(stand: Bench, place: Place, i: int, waves: Array) -> tuple[Array, Array]:
+    """Torque and sensor error that waves at a term's place make, in the sizes of the bench."""
     sides = stand.system.Bt.shape[1]
     torque, sensed = np.zeros((*waves.shape, sides)), np.zeros((*waves.shape, 2))
     size = 0.1 * stand.scales.torque
-    if name == "cogging":
+    if place == "torque":
         torque[..., 0] = size * waves
-    elif name == "torque_ripple":
+    elif place == "torque_constant":
         record = stand.records[i]
         torque[..., 0] = size * waves * np.nan_to_num(record[record.effort]) / stand.scales.effort
-    elif name == "transmission_error":
+    elif place == "windup":
         torque[..., 0], torque[..., -1] = -size * waves, size * waves
     else:
         sensed[..., 0] = waves * 10 * stand.scales.noise

@@ -25,6 +25,8 @@ TERM = PhysicsTerm(
             high=1.0,
             typical=0.005,
             neutral=0.0,
+            trials=lambda s: [share * s.period for share in (0.25, 1.0, 2.0)],
+            plausible=lambda s, delay: (0.0, 10 * s.period),
         ),
     ),
     source="K. J. Åström and B. Wittenmark, Computer-Controlled Systems (1997): u(t) = u_k(t - d)",

@@ -26,6 +26,7 @@ TERM = PhysicsTerm(
             typical=1.0,
             neutral=0.0,
             linear=True,
+            step=lambda s: 0.1 * s.of("N m"),  # either may be next to nothing beside the other
         ),
         Param(
             "difference_nms_rad",
@@ -37,6 +38,7 @@ TERM = PhysicsTerm(
             typical=10.0,
             neutral=0.0,
             linear=True,
+            step=lambda s: 0.1 * s.of("N m s/rad"),
         ),
     ),
     source="A. Janot, M. Gautier and M. Brunot, Data Set and Reference Models of EMPS (2019): Fc± and Fv±",

@@ -25,6 +25,8 @@ TERM = PhysicsTerm(
             high=1.0,
             typical=1e-3,
             neutral=0.0,
+            trials=lambda s: [share * s.windup for share in (0.02, 0.1, 0.4, 1.0)],
+            plausible=lambda s, width: (0.0, 10 * s.windup),
         ),
     ),
     source="M. Nordin and P.-O. Gutman, Automatica 38 (2002) 1633: dead zone T = c D(ε)",

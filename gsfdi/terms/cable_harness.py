@@ -28,7 +28,17 @@ TERM = PhysicsTerm(
             linear=True,
         ),
         Param(
-            "rest_rad", "rad", "joint angle at which the harness is slack", start=0.0, low=-1e3, high=1e3, typical=0.5
+            "rest_rad",
+            "rad",
+            "joint angle at which the harness is slack",
+            start=0.0,
+            low=-1e3,
+            high=1e3,
+            typical=0.5,
+            kind="arm",
+            trials=lambda s: (s.centre - s.reach, s.centre + s.reach),
+            plausible=lambda s, rest: (s.centre - 10 * s.reach, s.centre + 10 * s.reach),
+            step=lambda s: s.reach,
         ),
     ),
     source="Hooke's law across the joint: τ = k (θ - θ0)",

@@ -26,6 +26,7 @@ TERM = PhysicsTerm(
             typical=0.02,
             neutral=1.0,
             linear=True,
+            plausible=lambda s, ratio: (0.3, 3.0),
         ),
     ),
     source="R. Isermann, Fault-Diagnosis Systems (2006): multiplicative sensor fault y = (1 + f) x",

@@ -15,7 +15,18 @@ TERM = PhysicsTerm(
     maintenance="check the drive's limit setting, its supply and its temperature derating",
     place="current",
     law=current,
-    params=(Param("limit_a", "A", "greatest current", start=10.0, low=0.0, high=1e6, typical=10.0),),
+    params=(
+        Param(
+            "limit_a",
+            "A",
+            "greatest current",
+            start=10.0,
+            low=0.0,
+            high=1e6,
+            typical=10.0,
+            trials=lambda s: (),  # it shows in the controller's law, not in the mechanics
+        ),
+    ),
     source="K. J. Åström and R. M. Murray, Feedback Systems (2008): saturation of an actuator, u = sat(v)",
     signature=("timing",),
 )

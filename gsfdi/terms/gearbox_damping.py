@@ -26,6 +26,7 @@ TERM = PhysicsTerm(
             typical=100.0,
             neutral=0.0,
             linear=True,
+            plausible=lambda s, coefficient: (0.0, s.critical),
         ),
     ),
     source="M. W. Spong, J. Dyn. Syst. Meas. Control 109 (1987) 310: elastic joint, with a damper beside the spring",

@@ -24,7 +24,17 @@ TERM = PhysicsTerm(
     place="spring",
     law=torque,
     params=(
-        Param("torque_nm", "N m", "half height of the loop", start=5.0, low=0.0, high=1e5, typical=5.0, neutral=0.0),
+        Param(
+            "torque_nm",
+            "N m",
+            "half height of the loop",
+            start=5.0,
+            low=0.0,
+            high=1e5,
+            typical=5.0,
+            neutral=0.0,
+            plausible=lambda s, torque: (0.0, 3.0 * s.torque),
+        ),
         Param(
             "width_rad",
             "rad",
@@ -33,6 +43,8 @@ TERM = PhysicsTerm(
             low=1e-8,
             high=1.0,
             typical=1e-4,
+            trials=lambda s: [share * s.windup for share in (0.1, 0.3, 1.0)],
+            plausible=lambda s, width: (0.02 * s.windup, 3.0 * s.windup),
         ),
     ),
     source="R. Dhaouadi, F. H. Ghorbel and P. S. Gandhi, IEEE Trans. Ind. Electron. 50 (2003); the loop is Dahl's",

@@ -37,10 +37,12 @@ TERM = PhysicsTerm(
             low=-math.pi,
             high=math.pi,
             typical=1.0,
+            kind="angle",
         ),
     ),
     source="B. Siciliano et al., Robotics (2009): gravity on one joint, m g l sin(θ - θ0)",
     signature=("balance", "output"),
     sides=("output",),
+    axes=("rotary",),  # on a linear one the weight does not turn
     stiffness=lambda p: p[0],
 )

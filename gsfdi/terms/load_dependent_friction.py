@@ -26,6 +26,8 @@ TERM = PhysicsTerm(
             typical=0.05,
             neutral=0.0,
             linear=True,
+            size=lambda s: 0.02,
+            plausible=lambda s, ratio: (0.0, 0.5),
         ),
     ),
     source="P. Hamon, M. Gautier and P. Garrec, IEEE/RSJ IROS (2010): dry friction in proportion to the load",

@@ -19,7 +19,17 @@ TERM = PhysicsTerm(
     place="torque_constant",
     law=factor,
     params=(
-        Param("current_a", "A", "current at which the torque levels off", start=20.0, low=1e-6, high=1e6, typical=20.0),
+        Param(
+            "current_a",
+            "A",
+            "current at which the torque levels off",
+            start=20.0,
+            low=1e-6,
+            high=1e6,
+            typical=20.0,
+            trials=lambda s: (s.effort, 3.0 * s.effort),
+            plausible=lambda s, current: (0.2 * s.effort, 1e3 * s.effort),
+        ),
     ),
     source="P. C. Krause et al., Analysis of Electric Machinery (2013); the curve i_s tanh(i / i_s) is ours",
     signature=("balance", "proportional"),

@@ -26,6 +26,7 @@ TERM = PhysicsTerm(
             typical=0.1,
             neutral=1.0,
             linear=True,
+            plausible=lambda s, ratio: (0.5, 2.0),
         ),
     ),
     source="the paper's eq. 5-1: Im in A(2,3), A(4,3) and B",

@@ -17,7 +17,16 @@ TERM = PhysicsTerm(
     law=measured,
     params=(
         Param(
-            "bias_rad", "rad", "what is added", start=1e-3, low=-10.0, high=10.0, typical=1e-3, neutral=0.0, linear=True
+            "bias_rad",
+            "rad",
+            "what is added",
+            start=1e-3,
+            low=-10.0,
+            high=10.0,
+            typical=1e-3,
+            neutral=0.0,
+            linear=True,
+            size=lambda s: 10 * max(s.noise, 1e-4 * s.reach),
         ),
     ),
     source="R. Isermann, Fault-Diagnosis Systems (2006): y = x + f, on the first row of the paper's eq. 5-2",

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm, Vector
 
 
@@ -30,8 +32,29 @@ TERM = PhysicsTerm(
             neutral=0.0,
             linear=True,
         ),
-        Param("centre_rad", "rad", "joint angle of the spot", start=0.0, low=-1e3, high=1e3, typical=0.5),
-        Param("width_rad", "rad", "standard deviation of the spot", start=0.1, low=1e-5, high=1e3, typical=0.1),
+        Param(
+            "centre_rad",
+            "rad",
+            "joint angle of the spot",
+            start=0.0,
+            low=-1e3,
+            high=1e3,
+            typical=0.5,
+            trials=lambda s: list(np.linspace(s.centre - s.reach, s.centre + s.reach, 11)[1:-1:2]),
+            plausible=lambda s, centre: (s.centre - 1.05 * s.reach, s.centre + 1.05 * s.reach),
+            step=lambda s: 0.3 * s.reach,
+        ),
+        Param(
+            "width_rad",
+            "rad",
+            "standard deviation of the spot",
+            start=0.1,
+            low=1e-5,
+            high=1e3,
+            typical=0.1,
+            trials=lambda s: (0.1 * s.reach, 0.25 * s.reach),
+            plausible=lambda s, width: (0.01 * s.reach, 0.6 * s.reach),
+        ),
     ),
     source="B. Armstrong, Control of Machines with Friction (1991), who measured it; the Gaussian shape is ours",
     signature=("balance",),

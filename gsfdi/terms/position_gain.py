@@ -26,6 +26,7 @@ TERM = PhysicsTerm(
             typical=0.01,
             neutral=1.0,
             linear=True,
+            plausible=lambda s, ratio: (0.3, 3.0),
         ),
     ),
     source="R. Isermann, Fault-Diagnosis Systems (2006): y = (1 + f) x, on the first row of the paper's eq. 5-2",

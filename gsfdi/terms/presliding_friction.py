@@ -24,7 +24,17 @@ TERM = PhysicsTerm(
     place="torque",
     law=torque,
     params=(
-        Param("torque_nm", "N m", "friction torque in sliding", start=2.0, low=0.0, high=1e5, typical=2.0, neutral=0.0),
+        Param(
+            "torque_nm",
+            "N m",
+            "friction torque in sliding",
+            start=2.0,
+            low=0.0,
+            high=1e5,
+            typical=2.0,
+            neutral=0.0,
+            plausible=lambda s, torque: (0.0, 3.0 * s.torque),
+        ),
         Param(
             "stiffness_nm_rad",
             "N m/rad",
@@ -33,6 +43,10 @@ TERM = PhysicsTerm(
             low=1e-3,
             high=1e9,
             typical=1e4,
+            kind="follower",  # a bristle keeps the stretch at which it slides
+            trials=lambda s: [s.torque / (stretch * s.reach) for stretch in (2e-3, 1e-2, 5e-2)],
+            # Stiffer, it would be Coulomb friction by another name.
+            plausible=lambda s, stiffness: (0.05 * s.torque / s.reach, 3e3 * s.torque / s.reach),
         ),
     ),
     source="P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968): dF/dx = σ (1 - F/Fc sgn v)^i with i = 1",

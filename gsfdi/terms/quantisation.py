@@ -15,7 +15,19 @@ TERM = PhysicsTerm(
     maintenance="check the position sensor for lost bits",
     place="position_sensor",
     law=measured,
-    params=(Param("step_rad", "rad", "size of a step", start=1e-4, low=0.0, high=1.0, typical=1e-4, neutral=0.0),),
+    params=(
+        Param(
+            "step_rad",
+            "rad",
+            "size of a step",
+            start=1e-4,
+            low=0.0,
+            high=1.0,
+            typical=1e-4,
+            neutral=0.0,
+            trials=lambda s: (),  # it shows in the values themselves, not in the mechanics
+        ),
+    ),
     source="B. Widrow and I. Kollár, Quantization Noise (2008): y = q round(x / q)",
     signature=("redundancy",),
     sudden=False,

@@ -26,6 +26,7 @@ TERM = PhysicsTerm(
             typical=1e4,
             neutral=0.0,
             linear=True,
+            plausible=lambda s, cubic: (0.0, 10.0 * s.windup**-2),
         ),
     ),
     source="T. D. Tuttle and W. P. Seering, IEEE Trans. Robot. Autom. 12 (1996) 368: cubic spring k1 ε + k2 ε³",

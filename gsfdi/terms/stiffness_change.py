@@ -26,6 +26,7 @@ TERM = PhysicsTerm(
             typical=0.1,
             neutral=1.0,
             linear=True,
+            plausible=lambda s, ratio: (0.2, 1.6),
         ),
     ),
     source="the paper's eq. 5-1: c in A(2,3) and A(4,3)",

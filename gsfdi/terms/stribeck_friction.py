@@ -38,6 +38,9 @@ TERM = PhysicsTerm(
             low=1e-7,
             high=1e3,
             typical=0.005,
+            trials=lambda s: [share * s.speed for share in (0.02, 0.06, 0.15, 0.35)],
+            # Beyond all speeds, it would be Coulomb friction by another name.
+            plausible=lambda s, speed: (0.004 * s.speed, 0.7 * s.speed),
         ),
     ),
     source="B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083: (Fs - Fc) exp(-(v / vs)^δ) with δ = 2",

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from gsfdi.motion import JOINT_ANGLE, SPEED, STEP, Param, PhysicsTerm, Vector
 
 
@@ -36,6 +38,8 @@ TERM = PhysicsTerm(
             high=1e6,
             typical=20.0,
             neutral=0.0,
+            size=lambda s: 0.05 * s.inertia,
+            plausible=lambda s, inertia: (0.0, 2.0 * s.inertia),
         ),
         Param(
             "frequency_hz",
@@ -45,8 +49,20 @@ TERM = PhysicsTerm(
             low=0.01,
             high=1e3,
             typical=2.0,
+            trials=lambda s: list(np.geomspace(0.5, 0.2 / s.period, 9)),
+            plausible=lambda s, frequency: (0.1, 0.25 / s.period),
         ),
-        Param("damping_ratio", "1", "share of critical damping", start=0.01, low=0.0, high=2.0, typical=0.01),
+        Param(
+            "damping_ratio",
+            "1",
+            "share of critical damping",
+            start=0.01,
+            low=0.0,
+            high=2.0,
+            typical=0.01,
+            trials=lambda s: (0.02,),
+            plausible=lambda s, ratio: (1e-3, 0.3),
+        ),
     ),
     source="J. P. Den Hartog, Mechanical Vibrations (1956), ch. 3: a mass on a moving support",
     signature=("balance", "output"),

@@ -26,6 +26,7 @@ TERM = PhysicsTerm(
             typical=0.005,
             neutral=0.0,
             linear=True,
+            plausible=lambda s, rate: (-0.1, 0.1),
         ),
         Param(
             "onset_s",
@@ -35,6 +36,9 @@ TERM = PhysicsTerm(
             low=0.0,
             high=1e9,
             typical=10.0,
+            trials=lambda s: [share * s.seconds for share in (0.0, 0.2, 0.4, 0.6, 0.8)],
+            plausible=lambda s, onset: (0.0, 0.98 * s.seconds),
+            step=lambda s: 0.05 * s.seconds,
         ),
     ),
     source="the paper's section 5: Kt of its eq. 5-1 falls by 1 %/s from 7.5 s",

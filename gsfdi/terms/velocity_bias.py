@@ -26,6 +26,7 @@ TERM = PhysicsTerm(
             typical=0.05,
             neutral=0.0,
             linear=True,
+            size=lambda s: 0.1 * (s.speed * s.turns),  # the sensor sits on the motor
         ),
     ),
     source="R. Isermann, Fault-Diagnosis Systems (2006): additive sensor fault y = x + f",

@@ -17,7 +17,16 @@ TERM = PhysicsTerm(
     law=measured,
     params=(
         Param(
-            "ratio", "1", "reading over speed", start=1.02, low=0.01, high=100.0, typical=0.02, neutral=1.0, linear=True
+            "ratio",
+            "1",
+            "reading over speed",
+            start=1.02,
+            low=0.01,
+            high=100.0,
+            typical=0.02,
+            neutral=1.0,
+            linear=True,
+            plausible=lambda s, ratio: (0.3, 3.0),
         ),
     ),
     source="R. Isermann, Fault-Diagnosis Systems (2006): y = (1 + f) x, on the second row of the paper's eq. 5-2",
