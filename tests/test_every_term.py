@@ -15,6 +15,8 @@ import gsfdi
 from gsfdi.model import JointModel, TermUse
 from gsfdi.modelfile import load_models, terms
 from gsfdi.motion import DIRECTION, QUANTITIES, SPEED, STATES, STIFFNESS, VALUE, PhysicsTerm, linear_name
+from gsfdi.reconcile.offer import Offer, offers
+from gsfdi.scales import Scales
 from gsfdi.simulate import Drive, Start, drive_from, replay, replay_many
 from gsfdi.training import training
 from gsfdi.types import Array
@@ -39,6 +41,40 @@ PLAIN: dict[str, dict[str, float]] = {
     "cogging": {"order": 0.5},
     "torque_ripple": {"order": 0.5, "amplitude_ratio": 0.2},
     "encoder_eccentricity": {"order": 20.0},
+}
+
+# What is usual on a motion of the era's joint, and on one of a small rigid joint that runs warm.
+USUAL = {
+    "flexible": Scales(
+        torque=100.0,
+        effort=0.6,
+        speed=0.05,
+        reach=0.3,
+        centre=0.1,
+        windup=8e-4,
+        inertia=400.0,
+        critical=5700.0,
+        period=0.01,
+        seconds=30.0,
+        turns=260.6,
+        noise=4e-6,
+        warms=False,
+    ),
+    "rigid": Scales(
+        torque=2.0,
+        effort=2.0,
+        speed=1.5,
+        reach=1.2,
+        centre=-0.4,
+        windup=1.0,
+        inertia=0.1,
+        critical=math.inf,
+        period=0.001,
+        seconds=12.0,
+        turns=1.0,
+        noise=1e-5,
+        warms=True,
+    ),
 }
 
 
@@ -87,6 +123,42 @@ def test_the_shelf_is_the_contracts() -> None:
             assert term.component == row[0]
             assert [name for name in names if name != "side"] == [param.name for param in term.params]
             assert ("side" in names) <= (term.sides == ("motor", "output"))
+
+
+def tried(term: PhysicsTerm) -> list[tuple[Scales, Offer]]:
+    """Every offer of the term on the usual motions of the joints that can have it."""
+    motions = [USUAL[structure] for structure in term.structures]
+    return [(scales, offer) for scales in motions for offer in offers(term, scales, {term.name: (1.0, 7.0)})]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_tried_within_its_bounds(name: str) -> None:
+    term = terms()[name]
+    for _, offer in tried(term):
+        for values in offer.columns:
+            assert set(values) == {param.name for param in term.params}
+            for param in term.params:
+                assert param.low <= values[param.name] <= param.high
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_column_is_its_own_mix(name: str) -> None:
+    for _, offer in tried(terms()[name]):
+        for share, values in zip(np.eye(len(offer.columns)), offer.columns, strict=True):
+            assert offer.mix(share) == pytest.approx(values, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_fit_may_begin_where_it_is_tried(name: str) -> None:
+    term = terms()[name]
+    for scales, offer in tried(term):
+        for values in offer.columns:
+            for param in term.params:
+                value = values[param.name]
+                low, high = param.plausible(scales, value) if param.plausible else (param.low, param.high)
+                assert max(low, param.low) <= value <= min(high, param.high)
+                assert max(low, param.low) < min(high, param.high)
+                assert param.step is None or 0 < param.step(scales) < math.inf
 
 
 def motions(rng: np.random.Generator, count: int) -> Array:
