@@ -5,10 +5,14 @@ from gsfdi.replay import layout as at
 from gsfdi.replay.compiling import compiled, inlined
 from gsfdi.replay.laws import total
 
+SLIDES, TURNS, STICKS = range(3)  # over a step; TURNS begins or ceases to slide, or turns round
+ROUNDING = 1e-9
+"""Share of a step within which a speed that is nothing but rounding comes to rest."""
+
 
 @compiled
 def dry_over(before, after, response, low, high):  # type: ignore[no-untyped-def]
-    """Mean over a step of a dry friction in [low, high], and how far that comes too late to stand for it.
+    """Mean over a step of a dry friction in [low, high], how far it acts before its mean, and what it did.
 
     The speed is `before` the step, and would be `after` it without friction, of which each unit takes away `response`.
     Friction slides at its bound until the speed is zero; for what then remains of the step it is the torque within its
@@ -20,13 +24,14 @@ def dry_over(before, after, response, low, high):  # type: ignore[no-untyped-def
         first = high if before > 0.0 else low
         end = after - response * first
         if end * before >= 0.0:
-            return first, 0.0
+            return first, 0.0, SLIDES
         share = before / (before - end)
     rest = 1.0 - share
     if rest <= 0.0:
-        return first, 0.0
+        return first, 0.0, SLIDES
     held = min(max((after - response * first * share) / (response * rest), low), high)
-    return first * share + held * rest, 0.5 * (first - held) * share * rest
+    did = TURNS if share > ROUNDING or held <= low or held >= high else STICKS
+    return first * share + held * rest, 0.5 * (first - held) * share * rest, did
 
 
 @compiled
@@ -41,23 +46,29 @@ def dry_range(slot, model, m, states):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def stop_dry(flow, v, motor_low, motor_high, output_low, output_high):  # type: ignore[no-untyped-def]
+def stop_dry(flow, full, v, motor_low, motor_high, output_low, output_high):  # type: ignore[no-untyped-def]
     """Dry friction on motor and output that brings the speeds of the free motion nearest to zero.
+
+    `full` is where the flow over the step stands in `flow`.
 
     Returns
     -------
     tuple of float
         Mean over the step on the motor and on the output, then how far each acts before its mean (see `dry_over`).
+    tuple of int
+        What either did.
     """
     on_motor, on_output, motor_early, output_early = 0.0, 0.0, 0.0, 0.0
+    motor_did, output_did = SLIDES, SLIDES
     if motor_low == 0.0 and motor_high == 0.0 and output_low == 0.0 and output_high == 0.0:
-        return on_motor, on_output, motor_early, output_early
+        return on_motor, on_output, motor_early, output_early, motor_did, output_did
     for _ in range(3):
-        speed = v[at.FREE, 1] - flow[1, 1, 5] * on_output
-        on_motor, motor_early = dry_over(v[at.X, 1], speed, flow[1, 1, 4], motor_low, motor_high)
+        speed = v[at.FREE, 1] - flow[full, 1, 5] * on_output
+        on_motor, motor_early, motor_did = dry_over(v[at.X, 1], speed, flow[full, 1, 4], motor_low, motor_high)
         if output_low == 0.0 and output_high == 0.0:
             break
-        speed = v[at.FREE, 1] + v[at.FREE, 3] - (flow[1, 1, 4] + flow[1, 3, 4]) * on_motor
-        response = flow[1, 1, 5] + flow[1, 3, 5]
-        on_output, output_early = dry_over(v[at.X, 1] + v[at.X, 3], speed, response, output_low, output_high)
-    return on_motor, on_output, motor_early, output_early
+        speed = v[at.FREE, 1] + v[at.FREE, 3] - (flow[full, 1, 4] + flow[full, 3, 4]) * on_motor
+        response = flow[full, 1, 5] + flow[full, 3, 5]
+        before = v[at.X, 1] + v[at.X, 3]
+        on_output, output_early, output_did = dry_over(before, speed, response, output_low, output_high)
+    return on_motor, on_output, motor_early, output_early, motor_did, output_did

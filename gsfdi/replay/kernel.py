@@ -105,13 +105,13 @@ run_many = run_many_of(stamp())
 
 
 def scratch(terms: int) -> tuple[Array, Array, Array, Array, Array]:
-    """Room for the motion vector, state vectors, Φ and Γ, the exponential's series, and the states of `terms` terms."""
+    """Room for the motion vector, state vectors, Φ and Γ, the exponential's series, and twice the states of `terms`."""
     return (
         np.zeros(motion.QUANTITIES),
         np.zeros((at.VECTORS, 4)),
-        np.zeros((2, 4, 6)),
+        np.zeros((4, 4, 6)),
         np.zeros((TAYLOR + 2, 4, 4)),
-        np.zeros(motion.STATES * terms + 1),
+        np.zeros(2 * (motion.STATES * terms + 1)),
     )
 
 

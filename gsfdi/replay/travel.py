@@ -6,11 +6,13 @@ from gsfdi import motion
 from gsfdi.replay import layout as at
 from gsfdi.replay.compiling import compiled, inlined
 from gsfdi.replay.flow import advance, transition
-from gsfdi.replay.friction import dry_range, stop_dry
+from gsfdi.replay.friction import STICKS, TURNS, dry_range, stop_dry
 from gsfdi.replay.laws import any_in, mapped, product, see, total
 
 PHASE_STEP = 0.7  # [rad] of a term's wave per substep; the laws give its mean over the step
 MOST_SUBSTEPS = 400
+PARTS = 4
+"""Parts into which a substep is cut in which a dry friction of a flexible joint turns: the spring's torque changes."""
 
 
 @inlined
@@ -19,6 +21,7 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
     span = clock[now + 1, at.TIME] - clock[now, at.TIME]
     if span <= 0.0:
         return
+    dry = model[at.RIGID] == 0 and (any_in(at.MOTOR_DRY, model) or any_in(at.OUTPUT_DRY, model))
     delayed = any_in(at.DELAY, model)  # the delayed effort changes within the span: its mean over a part of it acts
     if model[at.WAVE] > 0 or abs(span - v[at.FITTED, 1]) > 1e-8 * span:  # stamps in float64 differ by less
         longest = model[at.LONGEST_STEP]
@@ -27,8 +30,9 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
         count = min(max(4.0 if delayed else 1.0, math.ceil(span / longest - 1e-9)), float(MOST_SUBSTEPS))
         h = span / count
         if abs(h - v[at.FITTED, 0]) > 1e-8 * h:
-            transition(model, era, powers, 0.5 * h, flow, 0)
-            transition(model, era, powers, h, flow, 1)
+            for part in range(2 if dry else 1):
+                transition(model, era, powers, 0.5 * h / PARTS**part, flow, 2 * part)
+                transition(model, era, powers, h / PARTS**part, flow, 2 * part + 1)
             v[at.FITTED, 0] = h
         v[at.FITTED, 1], v[at.FITTED, 2] = span, count
     count, h = int(v[at.FITTED, 2]), v[at.FITTED, 0]
@@ -39,15 +43,52 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
             m[motion.TIME] = time
             age = total(at.DELAY, model, m, states)
             effort = mean_held(clock, state, now, time - age, time + h - age)
-        substep(model, era, m, v, states, flow, effort, time, h)
+        parts, done = 1, 0
+        if dry:
+            keep(v, states)
+        while done < parts:
+            short = h / parts
+            first = 0 if parts == 1 else 2
+            turned = substep(model, era, m, v, states, flow, first, effort, time + done * short, short)
+            done += 1
+            if turned and dry and parts == 1:
+                undo(v, states)
+                parts, done = PARTS, 0
+
+
+@compiled
+def keep(v, states):  # type: ignore[no-untyped-def]
+    """Keep motion, torques and memories, so that a substep can be undone."""
+    for i in range(4):
+        v[at.KEPT, i], v[at.KEPT + 1, i] = v[at.X, i], v[at.TORQUES, i]
+    half = states.size // 2
+    for i in range(half):
+        states[half + i] = states[i]
+
+
+@compiled
+def undo(v, states):  # type: ignore[no-untyped-def]
+    """Go back to what was kept."""
+    for i in range(4):
+        v[at.X, i], v[at.TORQUES, i] = v[at.KEPT, i], v[at.KEPT + 1, i]
+    half = states.size // 2
+    for i in range(half):
+        states[i] = states[half + i]
 
 
 @inlined
-def substep(model, era, m, v, states, flow, effort, time, h):  # type: ignore[no-untyped-def]
-    """Advance the state by one substep."""
+def substep(model, era, m, v, states, flow, first, effort, time, h):  # type: ignore[no-untyped-def]
+    """Advance the state by one substep; half its flow and all of it stand in `flow` from `first` on.
+
+    Returns
+    -------
+    bool
+        Whether a dry friction began or ceased to slide, or turned round.
+    """
+    full = first + 1
     drive = model[era + at.DRIVE_GAIN] * effort
     on_motor = v[at.TORQUES, 0] * drive + v[at.TORQUES, 3] - v[at.TORQUES, 1]
-    advance(flow, 0, v, at.X, at.MIDDLE, on_motor, -v[at.TORQUES, 3] - v[at.TORQUES, 2])
+    advance(flow, first, v, at.X, at.MIDDLE, on_motor, -v[at.TORQUES, 3] - v[at.TORQUES, 2])
     see(model, m, v, at.MIDDLE, time + 0.5 * h)
     m[motion.STEP], m[motion.CURRENT], m[motion.STIFFNESS] = h, effort, model[era + at.SPRING_RATE]
     factor = product(at.TORQUE_CONSTANT, model, m, states)
@@ -63,16 +104,23 @@ def substep(model, era, m, v, states, flow, effort, time, h):  # type: ignore[no
     on_motor = total(at.MOTOR_TORQUE, model, m, states) - lever
     if any_in(at.MOTOR_DRY, model):
         motor_low, motor_high = dry_range(at.MOTOR_DRY, model, m, states)
-    advance(flow, 1, v, at.X, at.FREE, factor * drive + spring - on_motor, -spring - on_output)
-    dry_motor, dry_output, motor_early, output_early = stop_dry(
-        flow, v, motor_low, motor_high, output_low, output_high
+    advance(flow, full, v, at.X, at.FREE, factor * drive + spring - on_motor, -spring - on_output)
+    dry_motor, dry_output, motor_early, output_early, motor_did, output_did = stop_dry(
+        flow, full, v, motor_low, motor_high, output_low, output_high
     )
+    motor, joint = v[at.X, 0], v[at.X, 0] + v[at.X, 2]
     for i in range(4):
-        v[at.X, i] = v[at.FREE, i] - flow[1, i, 4] * dry_motor - flow[1, i, 5] * dry_output
+        v[at.X, i] = v[at.FREE, i] - flow[full, i, 4] * dry_motor - flow[full, i, 5] * dry_output
     for i in (0, 2):
-        v[at.X, i] -= h * (flow[1, i + 1, 4] * motor_early + flow[1, i + 1, 5] * output_early)
+        v[at.X, i] -= h * (flow[full, i + 1, 4] * motor_early + flow[full, i + 1, 5] * output_early)
+    if model[at.RIGID] == 0:
+        if motor_did == STICKS:
+            v[at.X, 0], v[at.X, 2] = motor, v[at.X, 2] + v[at.X, 0] - motor
+        if output_did == STICKS:
+            v[at.X, 2] = joint - v[at.X, 0]
     v[at.TORQUES, 0], v[at.TORQUES, 3] = factor, spring
     v[at.TORQUES, 1], v[at.TORQUES, 2] = on_motor + dry_motor, on_output + dry_output
+    return motor_did == TURNS or output_did == TURNS
 
 
 @inlined
