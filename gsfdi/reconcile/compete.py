@@ -17,7 +17,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.doubted import estimated, moot_terms
-from gsfdi.reconcile.hand import Round, is_sensor, lay_out, likelier, settle, started, with_term
+from gsfdi.reconcile.hand import Round, from_below, is_sensor, lay_out, likelier, settle, started, with_term
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offer import Offer, offers
@@ -110,7 +110,8 @@ def opening(stand: Bench, model: JointModel, level: float) -> Round:
     knobs = [*plant_knobs(model, stand.records[0].effort), *start_knobs(stand)]
     if level > 0:
         knobs.append(Knob(len(model.physics) - 1, "torque_nm", level, -20 * level, 20 * level, 0.0, level))
-    return settle(stand, started(model, len(stand.records)), knobs, effort_floor(stand))
+    floor = effort_floor(stand)
+    return from_below(settle(stand, started(model, len(stand.records)), knobs, floor), floor)
 
 
 def missing(hand: Round, floor: Array) -> float:
@@ -201,7 +202,7 @@ def contend(
     entries = (*ranked, *screening.entries)
     if best is None:
         return Contest(entries, None, trials, smallest(hand, screening, shelf_terms, CHANCE, MATERIAL)), None
-    return Contest(entries, best[1], trials), best[2]
+    return Contest(entries, best[1], trials), from_below(best[2], floor)
 
 
 def fairly(hand: Round, entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) -> Entry:

@@ -17,6 +17,8 @@ from gsfdi.whiten import Whitener
 
 NEARLY = 3.0
 """Process noise over what is known to be there up to which nothing is missing."""
+SMALL = 0.02
+"""Process noise, as a share of the drive's torque, above which it is no noise of the observer's own making."""
 
 
 def started(model: JointModel, stretches: int) -> Started:
@@ -94,17 +96,21 @@ def lay_out(stand: Bench, tools: list[Whitener], fitted: Fitted) -> Round:
 
 
 def settle(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array) -> Round:
-    """Fit the knobs and estimate the process noise in turns, from coarse to fine.
+    """Fit the knobs and estimate the process noise in turns, from coarse to fine."""
+    near = process_noise(stand, [e[0] for e in stand.innovations([model])], floor)
+    return _in_turns(stand, model, knobs, floor, near, (False, True, True))
+
+
+def from_below(hand: Round, floor: Array) -> Round:
+    """Settle a second time, from a tenth of the process noise that was found, and keep what is likelier.
 
     Where a joint sticks, too large a noise makes itself true: the observer that expects it shakes the friction loose.
-    So with dry friction the search begins a second time, from a tenth of what it found.
     """
-    near = process_noise(stand, [e[0] for e in stand.innovations([model])], floor)
-    hand = _in_turns(stand, model, knobs, floor, near, (False, True, True))
-    if not sticks(model) or np.all(hand.torque < NEARLY * floor):
+    small = np.all(hand.torque < SMALL * hand.stand.scales.torque)
+    if not small or np.all(hand.torque < NEARLY * floor) or not sticks(hand.fitted.model):
         return hand
     low = np.maximum(floor, 0.1 * hand.torque)
-    other = _in_turns(hand.stand, hand.fitted.model, knobs, floor, low, (True, True))
+    other = _in_turns(hand.stand, hand.fitted.model, hand.fitted.knobs, floor, low, (True, True))
     return other if likelier(other, hand) > 0 else hand
 
 
