@@ -86,8 +86,8 @@ def compete(
     floor = effort_floor(stand)
     shelf_terms = {name: term for name, term in shelf_terms.items() if name not in moot_terms(model)}
     model = estimated(stand, model, floor)
-    if level > 0:  # the effort is the law's own: no sensor of it can err in proportion
-        shelf_terms = {name: term for name, term in shelf_terms.items() if name != "current_gain"}
+    if level > 0:
+        shelf_terms = beside_the_law(shelf_terms)
     first = opening(stand, model, level)
     window = typical_window(stand, first.innovations)
     if window != stand.window:
@@ -103,6 +103,15 @@ def compete(
         hand = simplified(settled, len(model.physics))
         if len(contests) >= most or missing(hand, floor) < TRIVIAL * missing(first, floor):
             return first, hand, contests
+
+
+def beside_the_law(shelf_terms: Mapping[str, PhysicsTerm]) -> dict[str, PhysicsTerm]:
+    """Terms that are possible where the effort is the law's own: its sensor errs by a constant at most, and always."""
+    return {
+        name: replace(term, sudden=False) if name == "current_bias" else term
+        for name, term in shelf_terms.items()
+        if name != "current_gain"
+    }
 
 
 def opening(stand: Bench, model: JointModel, level: float) -> Round:

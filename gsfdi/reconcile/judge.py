@@ -20,6 +20,8 @@ from gsfdi.types import Array
 
 UNLIKELY = {"sensor": 0.3}
 """Prior odds by component, against the rest: a sensor fails more rarely than it is blamed."""
+SUDDENLY = {"output_inertia_change": 0.5}
+"""Prior odds of setting in within a recording: a load is taken up between motions, as a rule."""
 TRIVIAL = 0.005
 """Share of the gain in log-likelihood below which a slight term is not worth a name."""
 SLIGHT = 0.005
@@ -96,6 +98,8 @@ def rivals(
         use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
         if use is None:
             continue
+        if use.onset is not None and own.onset is not None:
+            use = replace(use, onset=own.onset)  # what happened then is the question, not when
         model = with_term(replace(hand.fitted.model, physics=others), use)
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
         known = hand.fitted.jacobian[:, keep]
@@ -215,6 +219,8 @@ def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) ->
     odds = UNLIKELY.get(term.component, 1.0)
     if term.place == "torque_constant" and hand.stand.records[0].effort == "drive_torque":
         odds *= 0.2  # a drive that reports torque has its constant behind it
+    if use.onset is not None:
+        odds *= SUDDENLY.get(use.term, 1.0)
     odds *= PER_NUMBER ** len(use.values)
     return float(np.log(odds))
 

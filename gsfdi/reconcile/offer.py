@@ -42,6 +42,8 @@ class Offer:
         Coefficients of the columns -> values of the term, or None where no such term can exist.
     least : float
         Least value of its first number where the model holds so much of it that less may be true, else 0.
+    sudden : bool
+        Whether it may set in during a recording.
     """
 
     term: str
@@ -49,6 +51,7 @@ class Offer:
     columns: tuple[Values, ...]
     mix: Mix
     least: float = 0.0
+    sudden: bool = True
 
     def use(self, values: Values, onset: float | None = None) -> TermUse:
         """Write the term as a model holds it."""
@@ -67,7 +70,7 @@ def offers(term: PhysicsTerm, scales: Scales, orders: Mapping[str, Sequence[floa
     """
     for side in term.sides or (None,):
         for columns, mix in _forms(term, scales, orders.get(term.name, ())):
-            yield Offer(term.name, side, columns, mix)
+            yield Offer(term.name, side, columns, mix, sudden=term.sudden)
 
 
 def _forms(term: PhysicsTerm, scales: Scales, orders: Sequence[float]) -> Iterator[Form]:

@@ -147,7 +147,7 @@ def stepped(hand: Round, offer: Offer) -> Entry | None:
 
 def may_set_in(offer: Offer) -> bool:
     """Whether the term may begin during a recording, and a part of its signature then shows it."""
-    return shelf("gsfdi.terms", PhysicsTerm)[offer.term].sudden and offer.term != "position_bias"
+    return offer.sudden and offer.term != "position_bias"
 
 
 def may_always_be(offer: Offer) -> bool:
