@@ -1,6 +1,6 @@
 """From a contest to names: rivals under the final noise model, probabilities, shares, intervals, and the remainder."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,13 @@ SUDDENLY = {"output_inertia_change": 0.5}
 """Prior odds of setting in within a recording: a load is taken up between motions, as a rule."""
 TRIVIAL = 0.005
 """Share of the gain in log-likelihood below which a slight term is not worth a name."""
+MENDS = 0.02
+"""The same beside a weightier term of the same part, whose law may be another than the library's.
+
+A contact is felt everywhere, so that beside a backlash any other term may stand for how its flanks are made.
+"""
+SPARED = 0.15
+"""The same where it would take something off what the nominal model holds."""
 SLIGHT = 0.005
 """Share of the drive's torque up to which a term is slight."""
 SIMULATED = 1.5e-3
@@ -162,7 +169,7 @@ def names(
     shelf_terms : mapping of str to PhysicsTerm
         The library.
     """
-    hand = pruned(hand, given)
+    hand = pruned(hand, given, shelf_terms)
     found: list[Name] = []
     place = given
     swaps = 0
@@ -196,16 +203,39 @@ def names(
     return hand, _with_intervals(hand, given, found)
 
 
-def pruned(hand: Round, given: int) -> Round:
-    """Take out terms whose part in the mismatch is trivial: where two ways of writing a contact differ, not physics."""
+def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> Round:
+    """Take out terms whose part in the mismatch is trivial: where two ways of writing a law differ, not physics."""
     while len(hand.fitted.model.physics) > given + 1:
         trials = [without(hand, place) for place in range(given, len(hand.fitted.model.physics))]
-        gains = [max(trial.cost - hand.fitted.cost, 0.0) for trial in trials]
-        least = int(np.argmin(gains))
-        if gains[least] > TRIVIAL * sum(gains) or _weighs(hand, given + least, trials[least]):
+        gains = np.array([max(trial.cost - hand.fitted.cost, 0.0) for trial in trials])
+        shares = gains / max(float(gains.sum()), 1e-300)
+        uses = hand.fitted.model.physics[given:]
+        low = [
+            s < _least_share(use, s, zip(uses, shares, strict=True), shelf_terms)
+            for use, s in zip(uses, shares, strict=True)
+        ]
+        trivial = [
+            i
+            for i in np.argsort(gains)
+            if low[i] or (shares[i] < TRIVIAL and not _weighs(hand, given + int(i), trials[i]))
+        ]
+        if not trivial:
             return hand
-        hand = replace(lay_out(hand.stand, hand.tools, trials[least]), torque=hand.torque)
+        hand = replace(lay_out(hand.stand, hand.tools, trials[trivial[0]]), torque=hand.torque)
     return hand
+
+
+def _least_share(
+    use: TermUse, share: float, beside: Iterable[tuple[TermUse, float]], shelf_terms: Mapping[str, PhysicsTerm]
+) -> float:
+    """Share of the gain that a term must hold, however large it is, beside weightier ones that it may only mend."""
+    part = shelf_terms[use.term].component
+    weightier = [other.term for other, s in beside if s > share]
+    if not any(shelf_terms[other].component == part or other == "backlash" for other in weightier):
+        return 0.0
+    size = shelf_terms[use.term].params[0]
+    taken_off = size.low >= 0.0 > use.values[size.name]
+    return SPARED if taken_off else MENDS
 
 
 def _weighs(hand: Round, place: int, bare: Fitted) -> bool:
