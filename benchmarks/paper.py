@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gsfdi.baseline import JointBaseline, gather, learn_joint
+from gsfdi.baseline import Gathering, JointBaseline, learn_joint
 from gsfdi.detectors import parity
 from gsfdi.detectors.innovations import cleaned
 from gsfdi.diagnosis import assess
@@ -64,7 +64,9 @@ class Seen:
     def __init__(self, record: JointRecord, known: JointBaseline) -> None:
         run = observer(known.nominal)
         watched = [watch(known.nominal, run, part, BY_KEY) for part in cut(record, known.nominal)]
-        numbers, _ = gather([record], known.nominal)
+        seen = Gathering(known.nominal)
+        seen.add(record)
+        numbers = seen.numbers()
         self.t = record.t
         self.error = np.abs(tracking(record))
         self.short, self.long = (self._parity(watched[0], known, n) for n in (3, 21))

@@ -2,10 +2,10 @@
 
 from functools import cache
 
-from gsfdi.baseline import JointBaseline, learn_joint
+from gsfdi.baseline import Gathering, JointBaseline, learn_joint
 from gsfdi.model import Controller, JointModel, Plant, Sensors
 from gsfdi.simulate import fault_of, simulate_record
-from gsfdi.types import JointRecord
+from gsfdi.types import Array, JointRecord
 
 PLANT = Plant(400.0, 0.0011, 260.6, 130000.0, 0.4, 0.6)
 MODEL = JointModel(
@@ -27,3 +27,11 @@ def record(*faults: str, seed: int = 0, duration: float = 40.0) -> JointRecord:
 def learnt() -> JointBaseline:
     """A baseline from four fault-free batches."""
     return learn_joint([record(seed=seed) for seed in range(4)], MODEL)
+
+
+def gathered(*pieces: JointRecord) -> dict[str, dict[str, Array]]:
+    """Every detector's numbers of a batch, as the baseline of this joint has it."""
+    seen = Gathering(learnt().nominal)
+    for piece in pieces:
+        seen.add(piece)
+    return seen.numbers()

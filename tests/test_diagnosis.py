@@ -4,9 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from joints import MODEL, PLANT, learnt, record
+from joints import MODEL, PLANT, gathered, learnt, record
 
-from gsfdi.baseline import gather, learn_joint, part_of
+from gsfdi.baseline import learn_joint, part_of
 from gsfdi.diagnosis import Limits, assess, unjudged
 from gsfdi.diagnosis.case import case_of
 from gsfdi.diagnosis.judging import findings_of
@@ -209,7 +209,7 @@ def _without_model(seed: int) -> JointRecord:
 
 def test_a_fault_smaller_than_its_error_is_not_named() -> None:
     known, limits = learnt(), Limits()
-    numbers, _ = gather([record("torque_constant_change=0.97", seed=100)], known.nominal)
+    numbers = gathered(record("torque_constant_change=0.97", seed=100))
     findings = findings_of(numbers, known, limits.per_batch, {}, "SH1")
     case = case_of("SH1", findings, numbers["innovations"], known, limits)
     assert case.is_explained

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from joints import learnt, record
+from joints import gathered, learnt, record
 
-from gsfdi.baseline import detectors, gather
+from gsfdi.baseline import detectors
 from gsfdi.detectors import innovations
 from gsfdi.directions import library
 from gsfdi.types import Finding, JointRecord
@@ -22,8 +22,7 @@ SEEN_BY = {
 
 def looked(name: str, batch: JointRecord) -> Finding | None:
     one, known = detectors()[name], learnt()
-    numbers, _ = gather([batch], known.nominal)
-    return one.look(numbers[name], known.learnt[name], RATE, one.settings)
+    return one.look(gathered(batch)[name], known.learnt[name], RATE, one.settings)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -53,7 +52,7 @@ def test_its_fault_is_seen(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_it_answers_alike_and_edits_nothing(name: str) -> None:
     one, known = detectors()[name], learnt()
-    numbers, _ = gather([record(seed=61)], known.nominal)
+    numbers = gathered(record(seed=61))
     before = {key: values.copy() for key, values in numbers[name].items()}
     first, second = (one.look(numbers[name], known.learnt[name], RATE, one.settings) for _ in range(2))
     assert first is not None
@@ -72,8 +71,7 @@ def test_pieces_give_what_the_whole_gives(name: str) -> None:
     one, known = detectors()[name], learnt()
     answers = []
     for pieces in ([whole], [part_of(whole, 0, half), part_of(whole, half, len(whole.t))]):
-        numbers, _ = gather(pieces, known.nominal)
-        found = one.look(numbers[name], known.learnt[name], RATE, one.settings)
+        found = one.look(gathered(*pieces)[name], known.learnt[name], RATE, one.settings)
         assert found is not None
         answers.append(found)
     assert answers[0].alarm == answers[1].alarm

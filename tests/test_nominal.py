@@ -30,7 +30,7 @@ def nominal(request: pytest.FixtureRequest) -> Nominal:
 
 def test_directions_are_scored_as_one_by_one(nominal: Nominal) -> None:
     run = observer(nominal)
-    slab = next(slabs_of([record(duration=6.0)], nominal))
+    slab = next(slabs_of(record(duration=6.0), nominal, 0))
     seen = watch(nominal, run, slab, BY_KEY)
     seen = seen._replace(used=np.where(np.arange(len(seen.used)) % 97 == 50, 0.0, 1.0))
     directions = library(nominal.flexible, bool(nominal.velocity), temperature=False)
@@ -55,7 +55,7 @@ def test_every_direction_finds_a_lane() -> None:
 
 def test_the_quick_look_is_as_loud_as_the_observer(nominal: Nominal) -> None:
     run = observer(nominal)
-    slab = next(slabs_of([record(seed=5)], nominal))
+    slab = next(slabs_of(record(seed=5), nominal, 0))
     seen = filtered(nominal, run, slab, BY_KEY)
     e = seen.e[seen.live * seen.used > 0]
     mean = np.einsum("ki,ij,kj->", e, run.weight, e) / len(e)
@@ -66,7 +66,7 @@ def test_the_quick_look_is_as_loud_as_the_observer(nominal: Nominal) -> None:
 
 def test_a_lone_value_makes_a_slab_infinitely_loud() -> None:
     known = learnt().nominal
-    slab = next(slabs_of([record(seed=5)], known))
+    slab = next(slabs_of(record(seed=5), known, 0))
     values = {**slab.values, "position": slab.values["position"].copy()}
     values["position"][2000] += 1.0
     assert loudness(known, screen(observer(known)), slab._replace(values=values), BY_KEY) == np.inf

@@ -5,8 +5,8 @@ nominal model (`gsfdi.healthy`) and what every detector of the shelf makes of it
 dictionaries of str, float, int, lists and float64 arrays; ``Baseline.from_dict`` takes them back.
 """
 
-from gsfdi.baseline.gathering import detectors, gather
+from gsfdi.baseline.gathering import Gathering, detectors
 from gsfdi.baseline.kept import Baseline, JointBaseline
 from gsfdi.baseline.learning import learn, learn_joint, part_of
 
-__all__ = ["Baseline", "JointBaseline", "detectors", "gather", "learn", "learn_joint", "part_of"]
+__all__ = ["Baseline", "Gathering", "JointBaseline", "detectors", "learn", "learn_joint", "part_of"]

@@ -1,6 +1,6 @@
 """One pass of all detectors over a batch, in pieces, so that a day is judged without holding a day."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -34,18 +34,11 @@ def detectors() -> dict[str, Detector]:
     return shelf("gsfdi.detectors", Detector)
 
 
-def gather(
-    pieces: Iterable[JointRecord],
-    nominal: Nominal,
-    settings: Mapping[str, Mapping[str, float]] | None = None,
-    usual: float | None = None,
-) -> tuple[dict[str, dict[str, Array]], float]:
-    """One pass over a batch, in pieces: every detector's numbers, and the seconds they saw.
+class Gathering:
+    """One joint's batch as it comes in, piece by piece: every detector's numbers, and the seconds they saw.
 
     Parameters
     ----------
-    pieces : iterable of JointRecord
-        Successive pieces of one batch of one joint; ``t0_ns`` of each places it in time.
     nominal : Nominal
         The joint's nominal model.
     settings : mapping of str to mapping of str to float, optional
@@ -54,35 +47,68 @@ def gather(
         Mean weighted square of the fault-free innovations. With it, what lies beyond the first `WHOLE` seconds is
         scored in part only: every fiftieth slab, and each whose innovations are not as usual.
     """
-    run = observer(nominal)
-    quick = screen(run)
-    tallies: dict[str, Tally] = {
-        name: one.tally(nominal, {**one.settings, **((settings or {}).get(name) or {})})
-        for name, one in detectors().items()
-    }
-    seconds = scored = 0.0
-    for slab in slabs_of(pieces, nominal):
-        length = slab.step * len(slab.trusted)
-        seconds += length
-        beyond = scored > WHOLE + SHARE * seconds
-        if usual is not None and beyond and loudness(nominal, quick, slab, BY_KEY) < UNUSUAL * usual:
-            continue
-        scored += length
-        seen = watch(nominal, run, slab, BY_KEY)
-        for tally in tallies.values():
-            tally.add(seen)
-    return {name: tally.numbers() for name, tally in tallies.items()}, seconds
+
+    def __init__(
+        self,
+        nominal: Nominal,
+        settings: Mapping[str, Mapping[str, float]] | None = None,
+        usual: float | None = None,
+    ) -> None:
+        self._nominal, self._usual = nominal, usual
+        self._run = observer(nominal)
+        self._quick = screen(self._run)
+        self._tallies: dict[str, Tally] = {
+            name: one.tally(nominal, {**one.settings, **((settings or {}).get(name) or {})})
+            for name, one in detectors().items()
+        }
+        self._first_ns: int | None = None
+        self._scored = 0.0
+        self.seconds = 0.0
+
+    def add(self, piece: JointRecord) -> None:
+        """Take in one more piece; its ``t0_ns`` places it in time.
+
+        Parameters
+        ----------
+        piece : JointRecord
+            Later than all before it.
+        """
+        self._first_ns = piece.t0_ns if self._first_ns is None else self._first_ns
+        for slab in slabs_of(piece, self._nominal, self._first_ns):
+            length = slab.step * len(slab.trusted)
+            self.seconds += length
+            if self._passes(slab):
+                continue
+            self._scored += length
+            seen = watch(self._nominal, self._run, slab, BY_KEY)
+            for tally in self._tallies.values():
+                tally.add(seen)
+
+    def numbers(self) -> dict[str, dict[str, Array]]:
+        """What every detector has gathered so far."""
+        return {name: tally.numbers() for name, tally in self._tallies.items()}
+
+    def _passes(self, slab: Stretch) -> bool:
+        """Whether enough was scored already and this slab is as quiet as any."""
+        if self._usual is None or self._scored <= WHOLE + SHARE * self.seconds:
+            return False
+        return loudness(self._nominal, self._quick, slab, BY_KEY) < UNUSUAL * self._usual
 
 
-def slabs_of(pieces: Iterable[JointRecord], nominal: Nominal) -> Iterator[Stretch]:
-    """Slabs of a batch on which the nominal joint's observer can run, with time counted from its first piece."""
-    first = None
-    for piece in pieces:
-        first = piece.t0_ns if first is None else first
-        late = (piece.t0_ns - first) * 1e-9
-        extra = tuple(name for name in EXTRA if name in piece and np.isfinite(piece[name]).any())
-        for part in cut(piece, nominal, extra):
-            yield from slabs(part._replace(start=part.start + late))
+def slabs_of(piece: JointRecord, nominal: Nominal, since_ns: int) -> Iterator[Stretch]:
+    """Slabs of a piece on which the nominal joint's observer can run, with time counted from `since_ns`.
+
+    Parameters
+    ----------
+    piece : JointRecord
+    nominal : Nominal
+    since_ns : int
+        Start of the batch [ns].
+    """
+    late = (piece.t0_ns - since_ns) * 1e-9
+    extra = tuple(name for name in EXTRA if name in piece and np.isfinite(piece[name]).any())
+    for part in cut(piece, nominal, extra):
+        yield from slabs(part._replace(start=part.start + late))
 
 
 def slabs(part: Stretch) -> Iterator[Stretch]:

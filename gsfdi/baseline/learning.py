@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gsfdi.baseline.gathering import detectors, gather
+from gsfdi.baseline.gathering import Gathering, detectors
 from gsfdi.baseline.kept import Baseline, JointBaseline
 from gsfdi.errors import GsfdiError
 from gsfdi.healthy import learn_nominal
@@ -54,10 +54,11 @@ def learn_joint(records: Sequence[JointRecord], model: JointModel | None = None)
     nominal = learn_nominal(pieces, model)
     gathered, span = [], 0.0
     for piece in pieces:
-        numbers, seconds = gather([piece], nominal)
-        if seconds > 0:
-            gathered.append(numbers)
-            span += seconds
+        seen = Gathering(nominal)
+        seen.add(piece)
+        if seen.seconds > 0:
+            gathered.append(seen.numbers())
+            span += seen.seconds
     learnt = {
         name: one.learn([numbers[name] for numbers in gathered if numbers[name]], one.settings)
         for name, one in detectors().items()

@@ -1,7 +1,8 @@
 """From findings to a verdict: which fault, how sure, how bad, since when, and what else it could be.
 
-``assess(record, joint_baseline, ...)`` is the one entry. It takes a record, or successive pieces of a long one, and
-gives a `Verdict` whose ``findings`` carry what a page draws. Their ``evidence``, by ``Finding.detector``:
+``assess(record, joint_baseline, ...)`` takes a record, or successive pieces of a long one, and gives a `Verdict` whose
+``findings`` carry what a page draws; `Judging` takes the pieces one by one as they come. A finding's ``evidence``, by
+``Finding.detector``:
 
 ``signals``
     ``t, setpoint, position, effort`` (and ``velocity``, ``tracking``) : arrays of at most 1500 points [s, SI];
@@ -24,8 +25,8 @@ Every finding has ``onset_s`` where it saw one. Levels: a fault whose test alarm
 critical, when the share of the joint's capability that it takes reaches the limits in `Limits`.
 """
 
-from gsfdi.diagnosis.judging import assess
+from gsfdi.diagnosis.judging import Judging, assess
 from gsfdi.diagnosis.limits import Limits
 from gsfdi.diagnosis.refusal import unjudged
 
-__all__ = ["Limits", "assess", "unjudged"]
+__all__ = ["Judging", "Limits", "assess", "unjudged"]

@@ -1,7 +1,7 @@
 """What can be said of a batch while it passes by: names, time, and how much of it may be believed."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -29,17 +29,15 @@ class Look:
         """How much of the worst channel that a verdict needs may be believed, rows without a time counted in."""
         return min((self.believed[name] / rows for name, rows in self.samples.items() if rows), default=1.0)
 
-    def usable(self, pieces: Iterable[JointRecord]) -> Iterable[JointRecord]:
-        """Let pass the pieces that carry every channel needed."""
-        for piece in pieces:
-            self.count(piece)
-            lacking = [name for name in self.needs if name not in piece]
-            self.missing += [name for name in lacking if name not in self.missing]
-            if not lacking:
-                yield piece
+    def take(self, piece: JointRecord) -> bool:
+        """Count what of `piece` may be believed, and say whether it carries every channel needed."""
+        self._count(piece)
+        lacking = [name for name in self.needs if name not in piece]
+        self.missing += [name for name in lacking if name not in self.missing]
+        return not lacking
 
-    def count(self, piece: JointRecord) -> None:
-        """Count what of `piece` may be believed, and note how far it goes."""
+    def _count(self, piece: JointRecord) -> None:
+        """Count what may be believed, and note how far it goes."""
         self.joint = piece.joint
         if len(piece.t):
             self.end_ns = piece.t0_ns + round(float(piece.t[-1]) * 1e9)

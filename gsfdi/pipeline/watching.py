@@ -1,16 +1,14 @@
 """The joints of a batch, watched as it streams by: one pass over the files, one piece in memory."""
 
 from collections import deque
-from collections.abc import Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from queue import Queue
 
 from gsfdi import ingest as reading
 from gsfdi.baseline import Baseline, JointBaseline, part_of
-from gsfdi.diagnosis import Limits, assess, unjudged
+from gsfdi.diagnosis import Judging, Limits, unjudged
 from gsfdi.mapping import Mapping as LogMapping
 from gsfdi.modelfile import Models
 from gsfdi.overview import Overview
@@ -85,22 +83,17 @@ def watch(share: Share) -> tuple[list[Judged], list[Problem], dict[str, str]]:
     problems: list[Problem] = []
     hashes: dict[str, str] = {}
     desks: dict[str, Desk] = {}
-    with ThreadPoolExecutor(max_workers=1024) as threads:
-        try:
-            for batch in reading.stream(share.paths, share.mappings, share.joints, PIECE):
-                problems += batch.problems
-                for record in batch.records:
-                    hashes[record.source] = record.sha256
-                    known = baseline_of(share.baseline, record)
-                    if _mine(share, known):
-                        key = key_of(record)
-                        if key not in desks:
-                            desks[key] = Desk(key, record, known, share, threads)
-                        desks[key].take(record)
-        finally:
-            for desk in desks.values():
-                desk.close()
-        return [desk.judged() for desk in desks.values()], problems, hashes
+    for batch in reading.stream(share.paths, share.mappings, share.joints, PIECE):
+        problems += batch.problems
+        for record in batch.records:
+            hashes[record.source] = record.sha256
+            known = baseline_of(share.baseline, record)
+            if _mine(share, known):
+                key = key_of(record)
+                if key not in desks:
+                    desks[key] = Desk(key, record.joint, known, share)
+                desks[key].take(record)
+    return [desk.judged() for desk in desks.values()], problems, hashes
 
 
 def _limits(share: Share) -> tuple[Limits, int | None]:
@@ -111,81 +104,60 @@ def _limits(share: Share) -> tuple[Limits, int | None]:
 
 
 class Desk:
-    """Where one joint's pieces go: a detector battery that pulls them runs in a thread of its own.
+    """Where one joint's pieces go, each worked off before the next is read: memory holds one piece, of one joint.
 
-    The stream gives pieces of all joints in turn while the battery wants those of one. Each piece is worked off before
-    the next is read, so that memory holds one, however many joints there are; the threads only take turns.
+    Parameters
+    ----------
+    key, joint : str
+        The joint among all, and its own name.
+    baseline : JointBaseline or None
+        What is known of it.
+    share : Share
+        What the joint is part of.
     """
 
-    def __init__(
-        self,
-        key: str,
-        first: JointRecord,
-        baseline: JointBaseline | None,
-        share: Share,
-        threads: ThreadPoolExecutor,
-    ) -> None:
-        self._key, self._first = key, first
+    def __init__(self, key: str, joint: str, baseline: JointBaseline | None, share: Share) -> None:
+        self._key, self._joint, self._baseline, self._share = key, joint, baseline, share
         self._overview = Overview()
         self._recent: deque[JointRecord] = deque()
-        self._may_explain = share.models is not None
-        self._queue: Queue[JointRecord | None] = Queue()
-        self._verdict: Future[Verdict] | None = None
-        if baseline is not None:
-            self._verdict = threads.submit(self._judge, baseline, share)
+        self._judging = Judging(baseline, limits=_limits(share)[0]) if baseline is not None else None
 
     def take(self, piece: JointRecord) -> None:
-        """Pass on one more piece, and wait until it is worked off."""
+        """Work off one more piece."""
         self._overview.add(piece)
-        if self._verdict is not None:
-            for start in range(0, len(piece.t), SAMPLES):
-                part = part_of(piece, start, start + SAMPLES)
-                if self._may_explain:  # a part holds on to the piece that it was cut from
-                    self._recent.append(part)
-                while self._recent and sum(len(one.t) for one in self._recent) - len(self._recent[0].t) >= RECENT:
-                    self._recent.popleft()
-                self._queue.put(part)
-                self._queue.join()
+        if self._judging is None:
+            return
+        for start in range(0, len(piece.t), SAMPLES):
+            part = part_of(piece, start, start + SAMPLES)
+            self._judging.add(part)
+            if self._share.models is not None:  # a part holds on to the piece that it was cut from
+                self._keep(part)
 
-    def close(self) -> None:
-        """Say that there are no more."""
-        self._queue.put(None)
+    def _keep(self, part: JointRecord) -> None:
+        """Hold on to the latest parts, `RECENT` samples at least."""
+        self._recent.append(part)
+        while sum(len(one.t) for one in self._recent) - len(self._recent[0].t) >= RECENT:
+            self._recent.popleft()
 
     def judged(self) -> Judged:
-        """Wait for the verdict."""
-        if self._verdict is None:
+        """Judge what came."""
+        if self._judging is None:
             why = "no baseline was learnt for this joint; run gsfdi baseline on fault-free batches"
-            verdict = unjudged(self._first.joint, "not_assessed", why)
+            verdict = unjudged(self._joint, "not_assessed", why)
         else:
-            verdict = self._verdict.result()
+            verdict = self._judging.verdict(now_ns=_limits(self._share)[1], explain=self._cause)
         return Judged(self._key, verdict, self._overview.record())
 
-    def _judge(self, baseline: JointBaseline, share: Share) -> Verdict:
-        pieces = self._pieces()
-        limits, now_ns = _limits(share)
-        try:
-            return assess(
-                pieces, baseline, limits=limits, now_ns=now_ns, explain=lambda: self._cause(baseline, share.models)
-            )
-        finally:
-            for _ in pieces:  # whoever fills the queue must not wait for ever, whatever went wrong here
-                pass
-
-    def _cause(self, baseline: JointBaseline, models: Models | None) -> Mapping[str, object] | None:
+    def _cause(self) -> Mapping[str, object] | None:
         """What reconcile makes of the latest part of the batch, where there is a model file to start from."""
-        if models is None or not self._recent:
+        if self._share.models is None or self._baseline is None or not self._recent:
             return None
         from gsfdi.pipeline.cause import cause  # reconcile is a second to load, which a quiet night need not wait for
 
         whole = Overview()
         for part in self._recent:
             whole.add(part)
-        return cause([whole.record()], baseline, models.for_joint(self._first.joint))
-
-    def _pieces(self) -> Iterator[JointRecord]:
-        while (piece := self._queue.get()) is not None:
-            yield piece
-            self._queue.task_done()
+        return cause([whole.record()], self._baseline, self._share.models.for_joint(self._joint))
 
 
 def baseline_of(baseline: Baseline, record: JointRecord) -> JointBaseline | None:
