@@ -150,6 +150,7 @@ def power(
     u: Array,
     push: Array,
     live: Mask,
+    skip: int,
     x: Array,
 ) -> tuple[float, int]:  # pragma: no cover
     """Weighted squared innovations of a stretch, and over how many samples: what :func:`innovations` gives, summed.
@@ -173,6 +174,8 @@ def power(
         What else drives the state; one row if it is always the same.
     live : (n,) bool array
         Samples that count.
+    skip : int
+        The first samples do not.
     x : (4,) array
         State to start from.
     """
@@ -186,8 +189,8 @@ def power(
         f = second[k] - (C[1, 0] * a + C[1, 1] * b + (C[1, 2] * c + C[1, 3] * d))
         size = e * (W[0, 0] * e + W[0, 1] * f) + f * (W[1, 0] * e + W[1, 1] * f)
         if k > 20 and not size < gate:
-            return np.inf, count
-        if live[k]:
+            return np.inf, max(count, 1)
+        if live[k] and k >= skip:
             total += size
             count += 1
         na = A[0, 0] * a + A[0, 1] * b + (A[0, 2] * c + A[0, 3] * d) + (B[0] * u[k] + p[0])
@@ -199,6 +202,39 @@ def power(
         c = nc + (K[2, 0] * e + K[2, 1] * f)
         d = nd + (K[3, 0] * e + K[3, 1] * f)
     return total, count
+
+
+@numba.njit(cache=True)
+def powers(
+    A: Array,
+    B: Array,
+    C: Array,
+    L: Array,
+    W: Array,
+    gate: float,
+    y: tuple[Array, Array],
+    u: Array,
+    push: Array,
+    live: Mask,
+    x: Array,
+    edges: npt.NDArray[np.int64],
+    settled: int,
+) -> Array:  # pragma: no cover
+    """Mean of :func:`power` over each slab between `edges`, from state ``x[slab]`` and without its first samples.
+
+    `settled` samples, or a quarter of a short slab, are what the observer needs to forget where it started; NaN where
+    none counts.
+    """
+    means = np.full(len(edges) - 1, np.nan)
+    first, second = y
+    for k in range(len(means)):
+        here = slice(edges[k], edges[k + 1])
+        pushed = push[here] if len(push) > 1 else push
+        skip = min(settled, (edges[k + 1] - edges[k]) // 4)
+        total, count = power(A, B, C, L, W, gate, (first[here], second[here]), u[here], pushed, live[here], skip, x[k])
+        if count > 0:
+            means[k] = total / count
+    return means
 
 
 @numba.njit(cache=True, fastmath={"contract"})

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gsfdi.passes import alone, quantile, sampled
-from gsfdi.types import Array, JointRecord, Mask
+from gsfdi.types import Array, JointRecord, Mask, sealed
 
 LONE = 30.0
 """A sample this many robust spreads off the mean of its neighbours stands alone."""
@@ -32,6 +32,11 @@ class Stretch(NamedTuple):
     def t(self) -> Array:
         """Time of each sample, in the record's time [s]."""
         return np.asarray(self.start + self.step * np.arange(len(self.trusted)), dtype=np.float64)
+
+    def between(self, low: int, high: int) -> "Stretch":
+        """Samples `low` up to before `high`."""
+        values = {name: some[low:high] for name, some in self.values.items()}
+        return Stretch(self.start + low * self.step, self.step, values, self.trusted[low:high])
 
 
 def lone_samples(values: Array) -> Mask:
@@ -122,7 +127,8 @@ def _even(clocks: Sequence[tuple[Array, Mapping[str, Array]]], low: float, high:
         if len(seen) == count and np.all(np.abs(seen - grid) < JITTER * step):
             values |= {name: known[inside] for name, known in channels.items()}
             continue
-        values |= {name: np.interp(grid, seen, known[inside]) for name, known in channels.items()}
+        # Read-only as those as read are: the compiled loops would else be compiled for either.
+        values |= {name: sealed(np.interp(grid, seen, known[inside])) for name, known in channels.items()}
         after = np.clip(np.searchsorted(seen, grid), 1, max(len(seen) - 1, 1))
         width = seen[after] - seen[after - 1]
         trusted &= width < 1.9 * max(step, float(np.median(np.diff(seen))))

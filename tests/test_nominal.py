@@ -1,13 +1,14 @@
 """The compiled observer against plain transcriptions."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import naive
 import numpy as np
 import pytest
 from joints import learnt, record
 
-from gsfdi.baseline.gathering import slabs_of
+from gsfdi.baseline.gathering import parts_of
 from gsfdi.directions import DIRECTIONS, library
 from gsfdi.healthy import BY_KEY
 from gsfdi.model import Plant
@@ -30,7 +31,7 @@ def nominal(request: pytest.FixtureRequest) -> Nominal:
 
 def test_directions_are_scored_as_one_by_one(nominal: Nominal) -> None:
     run = observer(nominal)
-    slab = next(slabs_of(record(duration=6.0), nominal, 0))
+    slab = next(parts_of(record(duration=6.0), nominal, 0))
     seen = watch(nominal, run, slab, BY_KEY)
     seen = seen._replace(used=np.where(np.arange(len(seen.used)) % 97 == 50, 0.0, 1.0))
     directions = library(nominal.flexible, bool(nominal.velocity), temperature=False)
@@ -55,18 +56,32 @@ def test_every_direction_finds_a_lane() -> None:
 
 def test_the_quick_look_is_as_loud_as_the_observer(nominal: Nominal) -> None:
     run = observer(nominal)
-    slab = next(slabs_of(record(seed=5), nominal, 0))
+    slab = next(parts_of(record(seed=5), nominal, 0))
     seen = filtered(nominal, run, slab, BY_KEY)
     e = seen.e[seen.live * seen.used > 0]
     mean = np.einsum("ki,ij,kj->", e, run.weight, e) / len(e)
-    quick = loudness(nominal, screen(run), slab, BY_KEY)
+    quick = loudness(nominal, screen(run), slab, BY_KEY, [0, len(slab.trusted)])[0]
     # A joint that departs wildly is over the gate somewhere, and so is never passed over.
     assert quick == (pytest.approx(mean, rel=1e-9) if seen.used.all() and np.isfinite(quick) else np.inf)
 
 
 def test_a_lone_value_makes_a_slab_infinitely_loud() -> None:
     known = learnt().nominal
-    slab = next(slabs_of(record(seed=5), known, 0))
+    slab = next(parts_of(record(seed=5), known, 0))
     values = {**slab.values, "position": slab.values["position"].copy()}
     values["position"][2000] += 1.0
-    assert loudness(known, screen(observer(known)), slab._replace(values=values), BY_KEY) == np.inf
+    slab = slab._replace(values=values)
+    quiet, loud = loudness(known, screen(observer(known)), slab, BY_KEY, [0, 1900, len(slab.trusted)])
+    assert quiet < 3.0
+    assert loud == np.inf
+
+
+def test_slabs_are_as_loud_together_as_one_by_one(nominal: Nominal) -> None:
+    run = screen(observer(nominal))
+    part = next(parts_of(record(seed=5), nominal, 0))
+    edges = [0, 1000, 2500, len(part.trusted)]
+    together = loudness(nominal, run, part, BY_KEY, edges)
+    alone = [
+        loudness(nominal, run, part.between(low, high), BY_KEY, [0, high - low])[0] for low, high in pairwise(edges)
+    ]
+    assert together == pytest.approx(alone, rel=1e-2)

@@ -74,29 +74,33 @@ class Gathering:
             Later than all before it.
         """
         self._first_ns = piece.t0_ns if self._first_ns is None else self._first_ns
-        for slab in slabs_of(piece, self._nominal, self._first_ns):
-            length = slab.step * len(slab.trusted)
-            self.seconds += length
-            if self._passes(slab):
-                continue
-            self._scored += length
-            seen = watch(self._nominal, self._run, slab, BY_KEY)
-            for tally in self._tallies.values():
-                tally.add(seen)
+        for part in parts_of(piece, self._nominal, self._first_ns):
+            for slab in self._chosen(part):
+                seen = watch(self._nominal, self._run, slab, BY_KEY)
+                for tally in self._tallies.values():
+                    tally.add(seen)
 
     def numbers(self) -> dict[str, dict[str, Array]]:
         """What every detector has gathered so far."""
         return {name: tally.numbers() for name, tally in self._tallies.items()}
 
-    def _passes(self, slab: Stretch) -> bool:
-        """Whether enough was scored already and this slab is as quiet as any."""
-        if self._usual is None or self._scored <= WHOLE + SHARE * self.seconds:
-            return False
-        return loudness(self._nominal, self._quick, slab, BY_KEY) < UNUSUAL * self._usual
+    def _chosen(self, part: Stretch) -> Iterator[Stretch]:
+        """Slabs of a stretch that are scored: all until enough was, then some, and those that are not quiet."""
+        edges = edges_of(part)
+        loud: Array | None = None
+        for place, (low, high) in enumerate(pairwise(edges)):
+            length = part.step * (high - low)
+            self.seconds += length
+            if self._usual is not None and self._scored > WHOLE + SHARE * self.seconds:
+                loud = loudness(self._nominal, self._quick, part, BY_KEY, edges) if loud is None else loud
+                if loud[place] < UNUSUAL * self._usual:
+                    continue
+            self._scored += length
+            yield part.between(low, high)
 
 
-def slabs_of(piece: JointRecord, nominal: Nominal, since_ns: int) -> Iterator[Stretch]:
-    """Slabs of a piece on which the nominal joint's observer can run, with time counted from `since_ns`.
+def parts_of(piece: JointRecord, nominal: Nominal, since_ns: int) -> Iterator[Stretch]:
+    """Stretches of a piece on which the nominal joint's observer can run, with time counted from `since_ns`.
 
     Parameters
     ----------
@@ -108,13 +112,15 @@ def slabs_of(piece: JointRecord, nominal: Nominal, since_ns: int) -> Iterator[St
     late = (piece.t0_ns - since_ns) * 1e-9
     extra = tuple(name for name in EXTRA if name in piece and np.isfinite(piece[name]).any())
     for part in cut(piece, nominal, extra):
-        yield from slabs(part._replace(start=part.start + late))
+        yield part._replace(start=part.start + late)
 
 
-def slabs(part: Stretch) -> Iterator[Stretch]:
-    """Cut a long stretch into slabs of `SLAB` seconds, the last one longer."""
+def edges_of(part: Stretch) -> list[int]:
+    """Where a stretch is cut into slabs of `SLAB` seconds, the last one longer.
+
+    Parameters
+    ----------
+    part : Stretch
+    """
     size, n = max(round(SLAB / part.step), 400), len(part.trusted)
-    edges = [*range(0, max(n - size, 1), size), n]
-    for low, high in pairwise(edges):
-        values = {name: some[low:high] for name, some in part.values.items()}
-        yield Stretch(part.start + low * part.step, part.step, values, part.trusted[low:high])
+    return [*range(0, max(n - size, 1), size), n]

@@ -1,6 +1,6 @@
 """A quick look at a stretch: how loud its innovations are, which is all that most of a long batch is asked."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from gsfdi.directions import Direction
 from gsfdi.nominal.description import Nominal
 from gsfdi.nominal.observing import GATE, acting, learnt, roughly, speed_of
-from gsfdi.observer import Filter, padded, power
+from gsfdi.observer import Filter, padded, powers
 from gsfdi.stretches import Stretch
 from gsfdi.types import Array
 
@@ -30,18 +30,40 @@ def screen(run: Filter) -> Screen:
     return Screen(run, padded(run.Ad, 4, 4), padded(run.Bu, 4), padded(run.C, 2, 4), L, padded(run.weight, 2, 2))
 
 
-def loudness(nominal: Nominal, screen: Screen, stretch: Stretch, directions: Mapping[str, Direction]) -> float:
-    """Mean weighted square of a stretch's innovations; infinite where a sample stands out, NaN where none counts."""
+def loudness(
+    nominal: Nominal,
+    screen: Screen,
+    stretch: Stretch,
+    directions: Mapping[str, Direction],
+    edges: Sequence[int],
+) -> Array:
+    """Mean weighted square of the innovations of each slab of a stretch, the observer starting anew in each.
+
+    Infinite where a sample stands out, NaN where none counts.
+
+    Parameters
+    ----------
+    nominal : Nominal
+    screen : Screen
+        Its observer, laid out for this.
+    stretch : Stretch
+    directions : mapping of str to Direction
+        What the learnt terms are, by key.
+    edges : sequence of int
+        Where the slabs begin, and where the last one ends.
+    """
     u = acting(nominal, stretch)
     first = stretch.values["position"]
     second = stretch.values[nominal.velocity] if nominal.velocity else np.zeros_like(first)
-    push, live, x = np.zeros((1, 4)), stretch.trusted.copy(), np.zeros(4)
+    push, live = np.zeros((1, 4)), stretch.trusted
     if any(nominal.terms.values()):
         torque, stuck = learnt(nominal, directions, roughly(nominal, stretch))
         later = np.concatenate([torque[1:], torque[-1:]])
         push = padded(torque @ screen.run.Bt0.T + later @ screen.run.Bt1.T, len(u), 4)
-        live &= ~stuck
-    live[: min(screen.run.settled, len(u) // 4)] = False
-    x[0], x[1] = first[0], float(np.median(speed_of(nominal, stretch, slice(8))[:5]))
-    total, count = power(*screen[1:], GATE, (first, second), u, push, live, x)
-    return total / count if count else np.nan
+        live = live & ~stuck
+    starts = np.array(edges[:-1])
+    x = np.zeros((len(starts), 4))
+    x[:, 0] = first[starts]
+    x[:, 1] = np.median(speed_of(nominal, stretch)[starts[:, None] + np.arange(5)], axis=1)
+    together = powers(*screen[1:], GATE, (first, second), u, push, live, x, np.array(edges), screen.run.settled)
+    return np.asarray(together)

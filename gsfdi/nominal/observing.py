@@ -107,12 +107,12 @@ def learnt(nominal: Nominal, directions: Mapping[str, Direction], moving: Moving
     return torque, stuck
 
 
-def speed_of(nominal: Nominal, stretch: Stretch, part: slice = slice(None)) -> Array:
+def speed_of(nominal: Nominal, stretch: Stretch) -> Array:
     """Speed of the joint as measured, or else from the smoothed position."""
     if nominal.velocity:
         turns = nominal.plant.gear_ratio if nominal.velocity == "motor_velocity" else 1.0
-        return np.asarray(stretch.values[nominal.velocity][part] / turns)
-    return np.gradient(uniform_filter1d(stretch.values["position"][part], 5, mode="nearest"), stretch.step)
+        return np.asarray(stretch.values[nominal.velocity] / turns)
+    return np.gradient(uniform_filter1d(stretch.values["position"], 5, mode="nearest"), stretch.step)
 
 
 def roughly(nominal: Nominal, stretch: Stretch) -> Moving:

@@ -19,8 +19,6 @@ PIECE = 400_000
 """Values of all channels that are read at a time."""
 RECENT = 20_000
 """Samples at least that reconcile is given of a long batch."""
-SAMPLES = 60_000
-"""Samples that go to the detectors at a time, ten minutes at 100 Hz."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,15 +125,14 @@ class Desk:
         self._overview.add(piece)
         if self._judging is None:
             return
-        for start in range(0, len(piece.t), SAMPLES):
-            part = part_of(piece, start, start + SAMPLES)
-            self._judging.add(part)
-            if self._share.models is not None:  # a part holds on to the piece that it was cut from
-                self._keep(part)
+        self._judging.add(piece)
+        if self._share.models is not None:
+            self._keep(piece)
 
-    def _keep(self, part: JointRecord) -> None:
-        """Hold on to the latest parts, `RECENT` samples at least."""
-        self._recent.append(part)
+    def _keep(self, piece: JointRecord) -> None:
+        """Hold on to the latest samples, `RECENT` of them at least."""
+        end = len(piece.t)
+        self._recent.append(part_of(piece, max(end - RECENT, 0), end))
         while sum(len(one.t) for one in self._recent) - len(self._recent[0].t) >= RECENT:
             self._recent.popleft()
 
