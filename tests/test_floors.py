@@ -36,6 +36,8 @@ GROUND = (
     "atomic",
     "canonical_mcap",
     "seal",
+    "student",
+    "heap",
 )
 SHELVES = ("readers", "terms", "detectors", "reports")
 STAGES = (

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
 
+from gsfdi import student
 from gsfdi.detectors import Binned, Detector, Numbers
 from gsfdi.directions import Direction, grouped, library
 from gsfdi.nominal import Nominal, Watched, entries, observer, score
@@ -409,11 +409,11 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
             early, found = calm, before
     looks = len(found) * (4.0 + 6.0 * np.log(max(len(numbers["g"]), 2)))
     dof = float(max(learnt["blocks"][0] - 1.0, 3.0))
-    limit = float(stats.t.isf(rate / (2.0 * looks), dof))
+    limit = student.limit(rate / (2.0 * looks), dof)
     lasting = [one for one in found if one.robust > limit]
     best = max(lasting or found, key=lambda one: one.z)
     width = float(numbers["width"][0])
-    p = float(min(1.0, 2.0 * looks * stats.t.sf(best.robust if not lasting else best.z, dof)))
+    p = float(min(1.0, 2.0 * looks * student.beyond(best.robust if not lasting else best.z, dof)))
     named = max(lasting or found, key=lambda one: one.gain)
     j = list(named.members)
     g, h = cleaned(early, learnt["lean"], learnt["drift"])[:, j], early["h"][:, j]

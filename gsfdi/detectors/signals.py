@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 
 import numba
 import numpy as np
-from scipy import stats
 
+from gsfdi import student
 from gsfdi.detectors import Detector, Numbers
 from gsfdi.nominal import Nominal, Watched
 from gsfdi.types import Array, Finding
@@ -173,10 +173,10 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
         halves = off[1:][np.isfinite(off[1:])]
         lasts = len(halves) == 0 or (np.sign(halves) == np.sign(off[0])).all()
         scores[i] = off[0] if not lasts else np.sign(off[0]) * min([abs(off[0]), *(1.5 * np.abs(halves))])
-        p_values[i] = min(1.0, 2.0 * len(names) * stats.t.sf(abs(scores[i]) if lasts else 0.0, dof))
+        p_values[i] = min(1.0, 2.0 * len(names) * student.beyond(abs(scores[i]) if lasts else 0.0, dof))
     i = int(np.argmin(p_values))
     dof = float(learnt[names[i]][2])
-    limit = float(stats.t.isf(rate / (2.0 * len(names)), dof))
+    limit = student.limit(rate / (2.0 * len(names)), dof)
     side = "above" if scores[i] > 0 else "below"
     shown = numbers["shown"]
     drawn = {name: shown[:, k + 1] for k, name in enumerate(SHOWN) if np.isfinite(shown[:, k + 1]).any()}

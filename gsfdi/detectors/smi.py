@@ -12,8 +12,9 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy import linalg, stats
+from scipy import linalg
 
+from gsfdi import student
 from gsfdi.detectors import Detector, Numbers
 from gsfdi.nominal import Nominal, Watched
 from gsfdi.subspace import StateSpace, angles, excitation, lagged_gram, markov, observability, pbsid
@@ -189,7 +190,7 @@ def _test(values: Array, usual: Array, rate: float, *, both_sides: bool) -> _Out
     """Whether the mean of the blocks stands out; the baseline's own mean is as uncertain as its blocks are few."""
     mean, spread, count = (float(value) for value in usual)
     sides = 2.0 if both_sides else 1.0
-    limit = float(stats.t.isf(rate / sides, count - 1.0))
+    limit = student.limit(rate / sides, count - 1.0)
     root = np.sqrt(1.0 / max(len(values) - 1, 1) + 1.0 / count)
     if len(values) < 2:
         return _Outcome(1.0, limit * root * np.sqrt(len(values)), False)
@@ -197,7 +198,7 @@ def _test(values: Array, usual: Array, rate: float, *, both_sides: bool) -> _Out
     # One block alone may be one disturbance: what the others say without the strongest must stand out by itself.
     rest = np.delete(off, int(np.argmax(np.abs(off) if both_sides else off)))
     size = float(rest.mean()) / (spread * root)
-    p = float(min(1.0, sides * stats.t.sf(abs(size) if both_sides else size, count - 1.0)))
+    p = float(min(1.0, sides * student.beyond(abs(size) if both_sides else size, count - 1.0)))
     return _Outcome(p, limit * root * np.sqrt(len(values)), p < rate)
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import signal
 
 from gsfdi.directions import Moving
 from gsfdi.errors import BaselineError
@@ -70,6 +69,8 @@ def regressed(nominal: Nominal, parts: Sequence[Stretch]) -> Nominal:
 
 def _balance(nominal: Nominal, part: Stretch, keys: Sequence[str]) -> tuple[Array, Array]:
     """Acceleration and the terms' shapes ``(n, 1 + k)``, and the drive's torque ``(n,)`` that they are to add up to."""
+    from scipy import signal  # half a second to load, which joints with a model file need not wait for
+
     b, a = signal.butter(2, min(0.5, max(10.0 * nominal.step, 0.05)))
     smooth = {name: signal.filtfilt(b, a, part.values[name]) for name in ("position", nominal.effort)}
     speed = np.gradient(smooth["position"], part.step)

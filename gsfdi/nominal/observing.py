@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from gsfdi.directions import Direction, Moving
 from gsfdi.joint import hold, matrices, ramp_hold
@@ -112,7 +111,8 @@ def speed_of(nominal: Nominal, stretch: Stretch) -> Array:
     if nominal.velocity:
         turns = nominal.plant.gear_ratio if nominal.velocity == "motor_velocity" else 1.0
         return np.asarray(stretch.values[nominal.velocity] / turns)
-    return np.gradient(uniform_filter1d(stretch.values["position"], 5, mode="nearest"), stretch.step)
+    smooth = np.convolve(np.pad(stretch.values["position"], 2, mode="edge"), np.full(5, 0.2), mode="valid")
+    return np.gradient(smooth, stretch.step)
 
 
 def roughly(nominal: Nominal, stretch: Stretch) -> Moving:
