@@ -166,7 +166,7 @@ DIRECTIONS: tuple[Direction, ...] = (
     Direction("end_stop:high", "end_stop", "link", "stiffness_nm_rad", "N m/rad", "output",
               lambda m: np.maximum(m.angle - m.angle.max() + 0.1 * m.reach, 0.0)),
     Direction("stiffening", "stiffening", "gearbox", "cubic_per_rad2", "1/rad²", "spring",
-              lambda m: m.plant.stiffness * m.windup**3, rigid=False),
+              lambda m: m.plant.stiffness * m.windup * m.windup**2, rigid=False),
     *(
         Direction(f"backlash:{share}", "backlash", "gearbox", "half_width_rad", "rad", "spring",
                   lambda m, share=share: -m.plant.stiffness * np.clip(  # type: ignore[misc]

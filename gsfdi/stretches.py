@@ -118,18 +118,42 @@ def _between(start: float, end: float, pauses: list[tuple[float, float]]) -> lis
 def _even(clocks: Sequence[tuple[Array, Mapping[str, Array]]], low: float, high: float, step: float) -> Stretch:
     """Channels between two times on an even grid, each as it was read where its clock is that grid."""
     count = int(np.floor((high - low) / step + 1e-6)) + 1
-    grid = low + step * np.arange(count)
+    grid: Array = low + step * np.arange(count, dtype=np.float64)
     trusted = np.ones(count, dtype=np.bool_)
     values: dict[str, Array] = {}
     for t, channels in clocks:
         inside = slice(*np.searchsorted(t, [low - 0.5 * step, high + 0.5 * step]))
-        seen = t[inside]
-        if len(seen) == count and np.all(np.abs(seen - grid) < JITTER * step):
-            values |= {name: known[inside] for name, known in channels.items()}
-            continue
-        # Read-only as those as read are: the compiled loops would else be compiled for either.
-        values |= {name: sealed(np.interp(grid, seen, known[inside])) for name, known in channels.items()}
-        after = np.clip(np.searchsorted(seen, grid), 1, max(len(seen) - 1, 1))
-        width = seen[after] - seen[after - 1]
-        trusted &= width < 1.9 * max(step, float(np.median(np.diff(seen))))
+        seen, known = t[inside], {name: some[inside] for name, some in channels.items()}
+        there = _there(seen, grid, step)
+        if there is None:
+            # Read-only as those as read are: the compiled loops would else be compiled for either.
+            values |= {name: sealed(np.interp(grid, seen, some)) for name, some in known.items()}
+            after = np.clip(np.searchsorted(seen, grid), 1, max(len(seen) - 1, 1))
+            width = seen[after] - seen[after - 1]
+            trusted &= width < 1.9 * max(step, float(np.median(np.diff(seen))))
+        elif there.all():
+            values |= known
+        else:
+            values |= {name: sealed(_bridged(grid, there, some)) for name, some in known.items()}
+            trusted[1:] &= there[1:] & there[:-1]
     return Stretch(low, step, values, trusted)
+
+
+def _there(seen: Array, grid: Array, step: float) -> Mask | None:
+    """Places of the grid that a clock has, where it is that grid with at most a few samples left out; else None."""
+    at = np.rint((seen - grid[0]) / step).astype(np.intp)
+    if not len(at) or at[0] != 0 or at[-1] != len(grid) - 1 or (np.diff(at) < 1).any():
+        return None
+    if np.any(np.abs(seen - grid[at]) >= JITTER * step):
+        return None
+    there = np.zeros(len(grid), dtype=np.bool_)
+    there[at] = True
+    return there
+
+
+def _bridged(grid: Array, there: Mask, known: Array) -> Array:
+    """Known samples at their places, and straight lines between them over those left out."""
+    values = np.empty(len(grid))
+    values[there] = known
+    values[~there] = np.interp(grid[~there], grid[there], known)
+    return values

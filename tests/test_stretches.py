@@ -48,6 +48,16 @@ def test_a_lone_value_is_bridged_and_a_step_is_kept(value: float) -> None:
     assert np.flatnonzero(lone_samples(q)).tolist() == [77]
 
 
+def test_missing_samples_are_bridged_as_interpolation_has_it() -> None:
+    t = 0.01 * np.arange(400)
+    q = np.random.default_rng(3).standard_normal(400)
+    missing = np.isin(np.arange(400), [50, 51, 120, 398])
+    (part,) = stretches(recorded(t, position=np.where(missing, np.nan, q)), ["position"], 0.01)
+    assert part.values["position"] == pytest.approx(np.interp(t, t[~missing], q[~missing]))
+    # A line is not what was measured, and the sample after it has none before it to be judged by.
+    assert np.flatnonzero(~part.trusted).tolist() == [50, 51, 52, 120, 121, 398, 399]
+
+
 def test_a_stretch_that_is_too_short_is_passed_over() -> None:
     t = 0.01 * np.arange(30)
     assert not list(stretches(recorded(t, position=t), ["position"], 0.01))

@@ -81,13 +81,13 @@ def score(
         padded(run.Ad, 4, 4), padded(run.C, 2, 4), padded(run.gains, len(run.gains), 4, 2), padded(run.weight, 2, 2),
         padded(e, n, 2), watched.used, watched.live, bins, count, padded(entry.exact, q, 4, 4),
         padded(entry.exact_u, q, 4), padded(watched.states, n, 4), watched.u, lanes.ravel(),
-        start.ravel(),         np.ascontiguousarray(size.T), pairs.reshape(-1, 2),
+        start.ravel(), np.ascontiguousarray(size.T), pairs.reshape(-1, 2),
     )  # fmt: skip
     x = np.zeros((count, m))
     for column, pair in zip(shared.T, pairs, strict=True):
         x[:, pair] = column[:, None]
-    some = shown[:, : len(run.C), :m]
-    H = THIN * np.tensordot(run.weight @ some, some, axes=([0, 1], [0, 1]))
+    seen = [np.ascontiguousarray(shown[:, i, :m]) for i in range(len(run.C))]
+    H = THIN * sum(run.weight[i, j] * (a.T @ b) for i, a in enumerate(seen) for j, b in enumerate(seen))
     energy = np.zeros((count, 2))
     on = watched.live * watched.used
     energy[:, 0] = np.bincount(bins, on * np.einsum("ki,ki->k", e @ run.weight, e), minlength=count)
