@@ -9,6 +9,7 @@ from pathlib import Path
 from gsfdi import ingest as reading
 from gsfdi.baseline import Baseline, JointBaseline, part_of
 from gsfdi.diagnosis import Judging, Limits, unjudged
+from gsfdi.heap import keep_freed
 from gsfdi.mapping import Mapping as LogMapping
 from gsfdi.modelfile import Models
 from gsfdi.overview import Overview
@@ -78,6 +79,7 @@ def watch(share: Share) -> tuple[list[Judged], list[Problem], dict[str, str]]:
     list of Judged, list of Problem, dict of str to str
         A verdict and an overview of each joint, what went wrong, and the files' hashes.
     """
+    keep_freed()
     problems: list[Problem] = []
     hashes: dict[str, str] = {}
     desks: dict[str, Desk] = {}
