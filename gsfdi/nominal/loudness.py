@@ -7,7 +7,7 @@ import numpy as np
 
 from gsfdi.directions import Direction
 from gsfdi.nominal.description import Nominal
-from gsfdi.nominal.observing import GATE, acting, learnt, roughly, speed_of
+from gsfdi.nominal.observing import GATE, acting, learnt, roughly, speed_of, told
 from gsfdi.observer import Filter, padded, powers
 from gsfdi.stretches import Stretch
 from gsfdi.types import Array
@@ -60,7 +60,7 @@ def loudness(
         torque, stuck = learnt(nominal, directions, roughly(nominal, stretch))
         later = np.concatenate([torque[1:], torque[-1:]])
         push = padded(torque @ screen.run.Bt0.T + later @ screen.run.Bt1.T, len(u), 4)
-        live = live & ~stuck
+        live = live & told(~stuck)
     starts = np.array(edges[:-1])
     x = np.zeros((len(starts), 4))
     x[:, 0] = first[starts]

@@ -76,7 +76,7 @@ def filtered(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mappin
     x = np.zeros(len(run.Ad))
     x[0], x[1] = y[0, 0], float(np.median(rough.speed[:5]))
     e, states, used = innovations(*run[:-1], GATE, y, u, torque, x)
-    live = (stretch.trusted & ~stuck & np.isfinite(e).all(axis=1)).astype(float)
+    live = (stretch.trusted & told(~stuck) & np.isfinite(e).all(axis=1)).astype(float)
     live[: min(run.settled, len(u) // 4)] = 0.0
     return Filtered(y, u, torque, ~stuck, e, states, used, live, rough)
 
@@ -104,6 +104,11 @@ def learnt(nominal: Nominal, directions: Mapping[str, Direction], moving: Moving
         holds = np.clip(moving.drive - rest - torque[:, 1], -dry, dry)
         torque[stuck, 0] = (rest + holds)[stuck]
     return torque, stuck
+
+
+def told(free: Mask) -> Mask:
+    """Where an innovation says something: it is what the torque since the sample before makes, free at both."""
+    return np.asarray(free & np.concatenate([free[:1], free[:-1]]))
 
 
 def speed_of(nominal: Nominal, stretch: Stretch) -> Array:
