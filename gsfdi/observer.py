@@ -83,9 +83,10 @@ def innovations(
     y: Array,
     u: Array,
     torque: Array,
+    age: npt.NDArray[np.int64],
     x: Array,
 ) -> tuple[Array, Array, Array]:  # pragma: no cover
-    """Run the filter.
+    """Run the filter; `age` counts samples since the state was last unknown, by which the gains go.
 
     A sample whose weighted innovation exceeds `gate`, and stands far above those just before it, is passed over unless
     it is the fourth in a row: a lone flipped value must not kick the state, a real change must be followed.
@@ -113,7 +114,7 @@ def innovations(
         for i in range(p):
             for j in range(p):
                 size += e[k, i] * weight[i, j] * e[k, j]
-        K = gains[min(k, last)]
+        K = gains[min(age[k], last)]
         if k > 20 and not size < max(gate, JUMP * level) and refused < 3:
             refused += 1
             used[k] = 0.0
@@ -150,6 +151,7 @@ def power(
     u: Array,
     push: Array,
     live: Mask,
+    age: npt.NDArray[np.int64],
     skip: int,
     x: Array,
 ) -> tuple[float, int]:  # pragma: no cover
@@ -174,8 +176,10 @@ def power(
         What else drives the state; one row if it is always the same.
     live : (n,) bool array
         Samples that count.
+    age : (n,) int array
+        Samples since the state was last unknown; from the first on if that is longer ago.
     skip : int
-        The first samples do not.
+        Samples younger than this do not count.
     x : (4,) array
         State to start from.
     """
@@ -184,13 +188,14 @@ def power(
     last, still = len(L) - 1, len(push) - 1
     total, count = 0.0, 0
     for k in range(len(u)):
-        K, p = L[min(k, last)], push[min(k, still)]
+        since = min(age[k], k)
+        K, p = L[min(since, last)], push[min(k, still)]
         e = first[k] - (C[0, 0] * a + C[0, 1] * b + (C[0, 2] * c + C[0, 3] * d))
         f = second[k] - (C[1, 0] * a + C[1, 1] * b + (C[1, 2] * c + C[1, 3] * d))
         size = e * (W[0, 0] * e + W[0, 1] * f) + f * (W[1, 0] * e + W[1, 1] * f)
         if k > 20 and not size < gate:
             return np.inf, max(count, 1)
-        if live[k] and k >= skip:
+        if live[k] and since >= skip:
             total += size
             count += 1
         na = A[0, 0] * a + A[0, 1] * b + (A[0, 2] * c + A[0, 3] * d) + (B[0] * u[k] + p[0])
@@ -216,6 +221,7 @@ def powers(
     u: Array,
     push: Array,
     live: Mask,
+    age: npt.NDArray[np.int64],
     x: Array,
     edges: npt.NDArray[np.int64],
     settled: int,
@@ -231,7 +237,8 @@ def powers(
         here = slice(edges[k], edges[k + 1])
         pushed = push[here] if len(push) > 1 else push
         skip = min(settled, (edges[k + 1] - edges[k]) // 4)
-        total, count = power(A, B, C, L, W, gate, (first[here], second[here]), u[here], pushed, live[here], skip, x[k])
+        measured, counts = (first[here], second[here]), live[here]
+        total, count = power(A, B, C, L, W, gate, measured, u[here], pushed, counts, age[here], skip, x[k])
         if count > 0:
             means[k] = total / count
     return means
@@ -246,6 +253,7 @@ def scores(
     e: Array,
     used: Array,
     live: Array,
+    age: npt.NDArray[np.int64],
     bins: npt.NDArray[np.int64],
     count: int,
     exact: Array,
@@ -270,6 +278,8 @@ def scores(
         Innovations, whether each was used, states and effort.
     live : (n,) array
         Weight of each sample, 0 or 1.
+    age : (n,) int array
+        Samples since the observer's state was last unknown.
     bins : (n,) int array
         Bin of each sample, below `count`.
     exact, exact_u : (q, 4, 4), (q, 4) arrays
@@ -302,7 +312,7 @@ def scores(
     w[17 * LANES : 18 * LANES] = size[0]
     last, none = len(gains) - 1, np.zeros((4, 2))
     for i in range(n):
-        K = gains[min(i, last)] if used[i] > 0 else none
+        K = gains[min(age[i], last)] if used[i] > 0 else none
         on = live[i] * used[i]
         first, second = on * e[i, 0], on * e[i, 1]
         after = size[min(i + 1, n - 1)]

@@ -49,7 +49,7 @@ def scored(run: Filter, entry: Entries, seen: Watched, size: Array) -> tuple[Arr
         for k in range(n):
             shown[k, j] = entry.sensed[j] * size[k, j] + run.C @ z
             if seen.used[k]:
-                z = z - run.gains[min(k, len(run.gains) - 1)] @ shown[k, j]
+                z = z - run.gains[min(seen.age[k], len(run.gains) - 1)] @ shown[k, j]
             z = run.Ad @ z + entry.early[j] * size[k, j] + entry.late[j] * size[min(k + 1, n - 1), j]
             if j < len(entry.exact):
                 z = z + entry.exact[j] @ seen.states[k] + entry.exact_u[j] * seen.u[k]

@@ -65,6 +65,19 @@ def test_the_quick_look_is_as_loud_as_the_observer(nominal: Nominal) -> None:
     assert quick == (pytest.approx(mean, rel=1e-9) if seen.used.all() and np.isfinite(quick) else np.inf)
 
 
+def test_the_observer_forgets_what_a_stick_did_to_it() -> None:
+    known, batch = learnt().nominal, record("coulomb_friction=3", seed=7)
+    known = replace(known, terms={"coulomb_friction:motor": 3.0})
+    run = observer(known)
+    seen = filtered(known, run, next(parts_of(batch, known, 0)), BY_KEY)
+    assert (seen.age[~seen.free] == 0).all()
+    assert (seen.live[seen.age < run.settled] == 0).all()
+    square = np.einsum("ki,ij,kj->k", seen.e, run.weight, seen.e)
+    after = (seen.live > 0) & (seen.age < 2 * run.settled)
+    assert square[after].mean() < 2.0 * square[seen.age > 300].mean()
+    assert square[seen.age == 1].mean() > 10.0 * square[after].mean()  # or this test would show nothing
+
+
 def test_a_lone_value_makes_a_slab_infinitely_loud() -> None:
     known = learnt().nominal
     slab = next(parts_of(record(seed=5), known, 0))

@@ -7,7 +7,7 @@ import numpy as np
 
 from gsfdi.directions import Direction
 from gsfdi.nominal.description import Nominal
-from gsfdi.nominal.observing import GATE, acting, learnt, roughly, speed_of, told
+from gsfdi.nominal.observing import GATE, acting, age_of, learnt, roughly, speed_of
 from gsfdi.observer import Filter, padded, powers
 from gsfdi.stretches import Stretch
 from gsfdi.types import Array
@@ -55,15 +55,17 @@ def loudness(
     u = acting(nominal, stretch)
     first = stretch.values["position"]
     second = stretch.values[nominal.velocity] if nominal.velocity else np.zeros_like(first)
-    push, live = np.zeros((1, 4)), stretch.trusted
+    push, age = np.zeros((1, 4)), np.arange(len(u))
     if any(nominal.terms.values()):
         torque, stuck = learnt(nominal, directions, roughly(nominal, stretch))
         later = np.concatenate([torque[1:], torque[-1:]])
         push = padded(torque @ screen.run.Bt0.T + later @ screen.run.Bt1.T, len(u), 4)
-        live = live & told(~stuck)
+        age = age_of(~stuck)
     starts = np.array(edges[:-1])
     x = np.zeros((len(starts), 4))
     x[:, 0] = first[starts]
     x[:, 1] = np.median(speed_of(nominal, stretch)[starts[:, None] + np.arange(5)], axis=1)
-    together = powers(*screen[1:], GATE, (first, second), u, push, live, x, np.array(edges), screen.run.settled)
+    together = powers(
+        *screen[1:], GATE, (first, second), u, push, stretch.trusted, age, x, np.array(edges), screen.run.settled
+    )
     return np.asarray(together)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from gsfdi.directions import Direction, Moving
 from gsfdi.joint import hold, matrices, ramp_hold
@@ -60,6 +61,7 @@ class Filtered(NamedTuple):
     u: Array
     torque: Array
     free: Mask
+    age: npt.NDArray[np.int64]
     e: Array
     states: Array
     used: Array
@@ -75,10 +77,10 @@ def filtered(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mappin
     y = np.column_stack([stretch.values[name] for name in ("position", nominal.velocity) if name])
     x = np.zeros(len(run.Ad))
     x[0], x[1] = y[0, 0], float(np.median(rough.speed[:5]))
-    e, states, used = innovations(*run[:-1], GATE, y, u, torque, x)
-    live = (stretch.trusted & told(~stuck) & np.isfinite(e).all(axis=1)).astype(float)
-    live[: min(run.settled, len(u) // 4)] = 0.0
-    return Filtered(y, u, torque, ~stuck, e, states, used, live, rough)
+    age = age_of(~stuck)
+    e, states, used = innovations(*run[:-1], GATE, y, u, torque, age, x)
+    live = stretch.trusted & (age >= min(run.settled, len(u) // 4)) & np.isfinite(e).all(axis=1)
+    return Filtered(y, u, torque, ~stuck, age, e, states, used, live.astype(float), rough)
 
 
 def acting(nominal: Nominal, stretch: Stretch) -> Array:
@@ -106,9 +108,14 @@ def learnt(nominal: Nominal, directions: Mapping[str, Direction], moving: Moving
     return torque, stuck
 
 
-def told(free: Mask) -> Mask:
-    """Where an innovation says something: it is what the torque since the sample before makes, free at both."""
-    return np.asarray(free & np.concatenate([free[:1], free[:-1]]))
+def age_of(free: Mask) -> npt.NDArray[np.int64]:
+    """Samples since the start, or since the joint last stuck.
+
+    A dry friction that holds is whatever it takes; the observer does not know what it does to the state, and starts
+    anew from what is measured.
+    """
+    places = np.arange(len(free))
+    return places - np.maximum.accumulate(np.where(free, 0, places))
 
 
 def speed_of(nominal: Nominal, stretch: Stretch) -> Array:

@@ -79,7 +79,7 @@ def score(
     pairs = np.array([members for _, members in grouped(directions) if len(members) == 2], dtype=np.int64)
     g, h, shared, shown = scores(
         padded(run.Ad, 4, 4), padded(run.C, 2, 4), padded(run.gains, len(run.gains), 4, 2), padded(run.weight, 2, 2),
-        padded(e, n, 2), watched.used, watched.live, bins, count, padded(entry.exact, q, 4, 4),
+        padded(e, n, 2), watched.used, watched.live, watched.age, bins, count, padded(entry.exact, q, 4, 4),
         padded(entry.exact_u, q, 4), padded(watched.states, n, 4), watched.u, lanes.ravel(),
         start.ravel(), np.ascontiguousarray(size.T), pairs.reshape(-1, 2),
     )  # fmt: skip

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from gsfdi.directions import Direction, Moving
 from gsfdi.nominal.calming import calm, ceiling_of
@@ -25,6 +26,7 @@ class Watched(NamedTuple):
     acting: Array
     torque: Array
     moving_freely: Mask
+    age: npt.NDArray[np.int64]
     e: Array
     states: Array
     used: Array
@@ -42,7 +44,7 @@ def watch(nominal: Nominal, run: Filter, stretch: Stretch, directions: Mapping[s
     calmed = calm(np.column_stack([seen.states, seen.u]), stretch.step, ceiling)
     states, u = np.ascontiguousarray(calmed[:, :-1]), np.ascontiguousarray(calmed[:, -1])
     rough = seen.rough._replace(drive=nominal.plant.gear_ratio * nominal.plant.torque_constant * u)
-    return Watched(stretch, seen.y, seen.u, seen.torque, seen.free, seen.e, states, seen.used, seen.live, u,
+    return Watched(stretch, seen.y, seen.u, seen.torque, seen.free, seen.age, seen.e, states, seen.used, seen.live, u,
                    _observed(nominal, rough, states))  # fmt: skip
 
 
