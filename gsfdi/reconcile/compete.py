@@ -37,7 +37,7 @@ SETTLED = 4
 """Finalists that are settled at most."""
 PLAIN = 100.0
 """Merit from which a finalist below its bar is settled, to be held against the bar that it has then."""
-MATERIAL = 1e-3
+MATERIAL = 2e-4
 """Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
 TRIVIAL = 0.02
 """Share of the missing torque below which no further term is looked for."""

@@ -33,7 +33,8 @@ class Sheet:
     t: Array
     effort: Array
     parts: Mapping[str, Array]
-    limited: Mask
+    unheld: Mask
+    """Samples that cannot be held against the law: at its limit, or with a rate of setpoint that nobody logged."""
     growth: Array
     rate: Array
     braking: Array
@@ -91,9 +92,20 @@ def sheet_of(
     effort = record[record.effort]
     keep = np.isfinite(effort) & good & np.isfinite(error) & np.isfinite(rate) & (t + late <= t[-1])
     parts = {name: values[keep] for name, values in parts.items()}
-    limited = np.abs(effort[keep]) >= 0.999 * law.limit
+    unheld = np.abs(effort[keep]) >= 0.999 * law.limit
+    if "setpoint_rate" not in record:
+        unheld |= beside_lost(record)[keep]
     braking = -law.derivative * velocity[keep]
-    return Sheet(t[keep], effort[keep], parts, limited, np.nan_to_num(growth[keep]), rate[keep], braking)
+    return Sheet(t[keep], effort[keep], parts, unheld, np.nan_to_num(growth[keep]), rate[keep], braking)
+
+
+def beside_lost(record: JointRecord) -> Mask:
+    """Samples that are lost or beside a lost one, where the setpoint's slope is no rate."""
+    lost = ~np.isfinite(record["position"])
+    beside = lost.copy()
+    beside[1:] |= lost[:-1]
+    beside[:-1] |= lost[1:]
+    return beside
 
 
 def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
@@ -138,7 +150,7 @@ def misfits(sheets: Sequence[Sheet], findings: Sequence[LawFinding]) -> list[Arr
     limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), np.inf)
     for sheet in sheets:
         off = sheet.effort - commanded(sheet, findings)
-        free = ~sheet.limited & (np.abs(sheet.effort) < 0.995 * limit)
+        free = ~sheet.unheld & (np.abs(sheet.effort) < 0.995 * limit)
         off = np.where(free, off, 0.0)
         found.append(np.where(free, off - _level(off, free), 0.0))
     return found
@@ -147,7 +159,7 @@ def misfits(sheets: Sequence[Sheet], findings: Sequence[LawFinding]) -> list[Arr
 def level_of(sheet: Sheet, findings: Sequence[LawFinding]) -> float:
     """Constant that the law's integral began with."""
     limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), np.inf)
-    return _level(sheet.effort - commanded(sheet, findings), ~sheet.limited & (np.abs(sheet.effort) < 0.995 * limit))
+    return _level(sheet.effort - commanded(sheet, findings), ~sheet.unheld & (np.abs(sheet.effort) < 0.995 * limit))
 
 
 def _level(off: Array, free: Mask) -> float:
