@@ -11,6 +11,8 @@ from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
 
+UNSEEN_SPEED = ("controller_derivative", "position_gain", "velocity_gain")
+"""What makes the law's share of a speed that nobody logged seem too large or too small."""
 SOLE = 12.0
 """Log-likelihood that moving one parameter alone may fall short of moving all."""
 
@@ -114,6 +116,8 @@ def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
         group = tuple(dict.fromkeys([name.use.term, *close]))
         if len(group) > 1:
             found.append(group)
+    if 1 not in case.stand.system.rows and any(f.term == "controller_derivative" for f in case.findings):
+        found.append(UNSEEN_SPEED)
     if lone and case.nominal.structure == "rigid" and not case.nominal.physics:
         found.append(("torque_constant_change", "output_inertia_change"))
     return found
