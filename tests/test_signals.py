@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gsfdi.detectors.signals import FEATURES, POINTS, Thinned, _features
+from gsfdi.detectors.signals import FEATURES, POINTS, Thinned, _features, _spread
 
 
 def test_features_are_what_their_names_say() -> None:
@@ -30,3 +30,15 @@ def test_what_is_shown_stays_few_and_even_however_long_the_batch() -> None:
     assert POINTS < len(shown) <= 4 * POINTS
     assert np.ptp(np.diff(shown)) == 0
     assert shown[0] == 0
+
+
+def test_the_median_of_fewer_blocks_wanders_more() -> None:
+    rng, scatter, whole = np.random.default_rng(4), 0.7, 13
+    usual = np.array([0.0, 0.1, 8.0, scatter**2, float(whole)])
+    assert _spread(usual, whole) == _spread(usual, 99.0) == pytest.approx(0.1)
+    for count in (1, 5):
+        medians = np.median(scatter * rng.standard_normal((20_000, count)), axis=1)
+        less = np.median(scatter * rng.standard_normal((20_000, whole)), axis=1)
+        wander = np.sqrt(0.1**2 + medians.var() - less.var())
+        assert _spread(usual, count) == pytest.approx(wander, rel=0.05)
+    assert _spread(usual[:3], 1.0) == pytest.approx(0.1)  # as a baseline was kept before blocks were counted

@@ -81,6 +81,7 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
     g, h = np.array([one.sum(axis=0) for one in clean]), np.array([one["h"].sum(axis=0) for one in gathered])
     hb, xb = blocks[1], blocks[2]
     within = np.maximum(1.0, _wander(gb, hb, xb, gathered[0]["kind"]))
+    freedom = _freedom(gb, hb, within, gathered[0]["kind"])
     # Excess spread between batches, in the fault's own unit.
     dof = max(len(gathered) - 1, 1)
     expected = within / np.maximum(h, 1e-300) * dof / (dof + 1)
@@ -90,6 +91,7 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
     shared = _shared(hb.sum(axis=0), xb.sum(axis=0), gathered[0]["kind"])
     return {
         "lean": lean, "drift": drift, "lean_var": lean_var, "within": within, "between": between, "shared": shared,
+        "freedom": freedom,
         "swing": _swing(clean, gathered, within),
         "energy": np.array([blocks[3][:, 0].sum() / max(blocks[3][:, 1].sum(), 1.0)]),
         "pooled": np.array([np.median(within)]), "blocks": np.array([float(len(gb))]),
@@ -118,6 +120,26 @@ def _wander(g: Array, h: Array, x: Array, kind: Array) -> Array:
             both = 0.5 * float(np.mean(square[apart] / det[apart])) if apart.any() else 1.0
             mean[members] = np.maximum(mean[members], both)
     return mean
+
+
+def _freedom(g: Array, h: Array, within: Array, kind: Array) -> Array:
+    """How many independent blocks each direction's wander was learnt from, as the spread of its squares tells.
+
+    Where noise is all there is, scores are normal and every block counts. What a model lacks, as a rigid joint's model
+    lacks the spring, leans on a wave only where the motion happens to meet it: nearly nothing in most blocks, and a
+    hundred times the mean in a few. Such a mean is known no better than from those few (Satterthwaite 1946).
+    """
+    z2 = np.where(h > 1e-3 * h.max(axis=0), g**2 / np.maximum(h, 1e-300), np.nan)
+    count = np.isfinite(z2).sum(axis=0)
+    filled = np.where(np.isfinite(z2), z2, 0.0)
+    mean = filled.sum(axis=0) / np.maximum(count, 1)
+    square = (filled**2).sum(axis=0) / np.maximum(count, 1)
+    uneven = np.where(count > 1, (square - mean**2) / np.maximum(2.0 * mean**2, 1e-300), 1.0)
+    faults = np.array([one.fault for one in library(*(bool(one) for one in kind))])
+    for fault in set(faults):  # one direction alone says it poorly
+        uneven[faults == fault] = uneven[faults == fault].mean()
+    unexplained = 1.0 - 1.0 / within
+    return np.asarray(np.maximum(len(g) / (1.0 + np.maximum(uneven - 1.0, 0.0) * unexplained) - 1.0, 3.0))
 
 
 def _swing(clean: Sequence[Array], gathered: Sequence[Numbers], within: Array) -> Array:
@@ -196,7 +218,23 @@ def leans(numbers: Numbers, learnt: Numbers, directions: Sequence[Direction]) ->
             cross = numbers["x"][:, members[0]] if len(members) == 2 else None
             spread = _Spread(learnt["within"][members], learnt["swing"][members], _doubt(learnt, members), misfit)
             found.append(_strongest(name, tuple(members), g[:, members], h[:, members], cross, t, spread))
-    return found
+    return [_as_likely(one, learnt) for one in found]
+
+
+def _as_likely(lean: Lean, learnt: Numbers) -> Lean:
+    """Deviations that are as unlikely with the freedom of all blocks as the lean's are with its own."""
+    if "freedom" not in learnt:  # a baseline that was learnt before this was told
+        return lean
+    freedom, own = freedom_of(learnt), float(learnt["freedom"][list(lean.members)].min())
+    if own >= freedom:
+        return lean
+    z, robust = (student.limit(max(student.beyond(some, own), 1e-300), freedom) for some in (lean.z, lean.robust))
+    return lean._replace(z=min(z, lean.z), robust=min(robust, lean.robust))
+
+
+def freedom_of(learnt: Numbers) -> float:
+    """Degrees of freedom with which a baseline knows how far scores wander."""
+    return float(max(learnt["blocks"][0] - 1.0, 3.0))
 
 
 def _doubt(learnt: Numbers, members: Sequence[int]) -> Array:
@@ -408,7 +446,7 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
         if better and max((one.robust for one in before), default=0.0) > ENOUGH:
             early, found = calm, before
     looks = len(found) * (4.0 + 6.0 * np.log(max(len(numbers["g"]), 2)))
-    dof = float(max(learnt["blocks"][0] - 1.0, 3.0))
+    dof = freedom_of(learnt)
     limit = student.limit(rate / (2.0 * looks), dof)
     lasting = [one for one in found if one.robust > limit]
     best = max(lasting or found, key=lambda one: one.z)

@@ -51,7 +51,9 @@ class _Tally:
         for name, column in zip(FEATURES, np.array(self.rows).T, strict=True):
             known = column[np.isfinite(column)]
             halves = [known[: len(known) // 2], known[len(known) // 2 :]]
-            found[name] = np.array([np.median(some) if len(some) else np.nan for some in (known, *halves)])
+            medians = [np.median(some) if len(some) else np.nan for some in (known, *halves)]
+            scatter = np.var(_scaled(name, known), ddof=1) if len(known) > 1 else np.nan
+            found[name] = np.array([*medians, scatter, len(known)])
         shown = self.shown.rows()
         return {**found, "shown": shown[:: max(1, len(shown) // POINTS)].copy()}
 
@@ -156,8 +158,32 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
         values, prior, dof = _scaled(name, whole), float(settings["prior_batches"]), len(whole) - 1
         usual = (settings["usual_share"] * size) ** 2
         variance = (dof * np.var(values, ddof=1) + prior * usual) / (dof + prior)
-        learnt[name] = np.array([values.mean(), np.sqrt(variance * (1.0 + 1.0 / len(whole))), dof + prior])
+        spread = np.sqrt(variance * (1.0 + 1.0 / len(whole)))
+        learnt[name] = np.array([values.mean(), spread, dof + prior, *_by_blocks([one[name] for one in gathered])])
     return learnt
+
+
+def _by_blocks(medians: Sequence[Array]) -> tuple[float, float]:
+    """Variance of a feature from block to block within a batch, and how many blocks a batch has."""
+    scatter, count = np.array([one[3:] for one in medians]).T
+    known = np.isfinite(scatter)
+    return (float(scatter[known].mean()), float(count[known].mean())) if known.any() else (0.0, 1.0)
+
+
+def _spread(usual: Array, count: float) -> float:
+    """Spread of the median of so many blocks.
+
+    The baseline's batches tell that of as many as they have; the median of fewer wanders more, by what the blocks of
+    one batch scatter.
+    """
+    spread, scatter, whole = (float(value) for value in (usual[1], *(usual[3:] if len(usual) > 3 else (0.0, 1.0))))
+    fewer = max(_median_of(count) - _median_of(whole), 0.0)
+    return max(float(np.sqrt(spread**2 + scatter * fewer)), 1e-300)
+
+
+def _median_of(count: float) -> float:
+    """Variance of the median of so many normal values of variance one, to a few percent."""
+    return 0.5 * np.pi / (max(count, 1.0) + 0.5 * np.pi - 1.0)
 
 
 def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, float]) -> Finding | None:
@@ -168,8 +194,8 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     scores = np.zeros(len(names))
     p_values = np.ones(len(names))
     for i, name in enumerate(names):
-        mean, spread, dof = learnt[name]
-        off = (_scaled(name, numbers[name]) - mean) / max(float(spread), 1e-300)
+        mean, dof = learnt[name][0], learnt[name][2]
+        off = (_scaled(name, numbers[name][:3]) - mean) / _spread(learnt[name], float(numbers[name][4]))
         halves = off[1:][np.isfinite(off[1:])]
         lasts = len(halves) == 0 or (np.sign(halves) == np.sign(off[0])).all()
         scores[i] = off[0] if not lasts else np.sign(off[0]) * min([abs(off[0]), *(1.5 * np.abs(halves))])

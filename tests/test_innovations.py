@@ -1,0 +1,32 @@
+"""What the innovations' test takes a fault-free joint's wander to be known from."""
+
+import numpy as np
+import pytest
+
+from gsfdi.detectors.innovations import Lean, _as_likely, _freedom
+from gsfdi.directions import library
+
+KIND = np.array([1.0, 1.0, 0.0])
+COUNT = len(library(True, True, False))
+
+
+def test_normal_scores_keep_every_block_and_rare_ones_few() -> None:
+    rng = np.random.default_rng(0)
+    h = np.ones((60, COUNT))
+    noise = rng.standard_normal(h.shape)
+    assert (_freedom(noise, h, np.ones(COUNT), KIND) == 59.0).all()  # noise alone is known by theory
+    assert np.median(_freedom(noise, h, np.full(COUNT, 4.0), KIND)) > 40.0
+    rare = np.where(rng.random(h.shape) < 0.05, 30.0, 1.0) * noise
+    assert np.median(_freedom(rare, h, np.mean(rare**2, axis=0), KIND)) < 12.0
+
+
+def test_a_lean_that_is_known_from_few_blocks_counts_for_less() -> None:
+    lean = Lean("cogging:4", 16.0, 12.0, 0.0, 0.0, 1.0, 0, False, (0,))
+    learnt = {"blocks": np.array([60.0]), "freedom": np.array([8.0])}
+    told = _as_likely(lean, learnt)
+    assert 5.0 < told.robust < told.z < 8.0
+    assert _as_likely(lean, {**learnt, "freedom": np.array([59.0])}) == lean
+    assert _as_likely(lean, {"blocks": np.array([60.0])}) == lean
+    strong = _as_likely(lean._replace(z=1e6, robust=1e5), learnt)
+    assert strong.z > strong.robust > 15.0
+    assert _as_likely(lean._replace(robust=0.0), learnt).robust == pytest.approx(0.0, abs=1e-9)
