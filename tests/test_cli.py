@@ -164,7 +164,8 @@ def test_damaged_input_is_status_3_and_the_good_part_is_kept(
     (tmp_path / "cut.parquet").write_bytes(sample.read_bytes()[:-100])
     status, out, err = gsfdi("ingest", sample, tmp_path / "cut.parquet", "--store", tmp_path / "store")
     assert status == 3
-    assert "era-joint: 2000 samples" in out
+    assert out.startswith(f"{sample}: era-joint: 2000 samples")
+    assert out.count("\n") == 1
     assert one_line(err)
     assert "cut.parquet" in err
 

@@ -84,4 +84,5 @@ class Held:
             yield Problem(source, what, "fetch the file again")
         if self.lost:
             told = ", ".join(f"{int(count)} {kind}" for kind, count in sorted(self.lost.items()))
-            yield Problem(source, f"rows whose time or form cannot be believed were left out: {told}")
+            what = f"rows whose time or form cannot be believed were left out: {told}"
+            yield Problem(source, what, "check the recorder's clock, or fetch the file again")

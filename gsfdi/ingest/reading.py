@@ -12,6 +12,7 @@ from gsfdi.types import Batch, JointRecord, Problem
 
 PIECE = 4_000_000
 """Values held before `stream` hands a piece on."""
+_CHECK = "check its permissions and the disk"
 MOST_HELD = 200_000_000
 """Values of one file that `read` holds at most: four days of one joint's five channels at 100 Hz."""
 
@@ -88,4 +89,6 @@ def _file(path: Path, mappings: Sequence[Mapping], joints: Sequence[str], piece:
     except GsfdiError as error:
         yield Batch((), (*problems, Problem(str(path), error.what, error.mend, "unusable")))
     except OSError as error:
-        yield Batch((), (*problems, Problem(str(path), f"cannot be read: {error.strerror or error}", "", "unusable")))
+        yield Batch(
+            (), (*problems, Problem(str(path), f"cannot be read: {error.strerror or error}", _CHECK, "unusable"))
+        )

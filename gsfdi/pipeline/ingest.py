@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from gsfdi import ingest as reading
 from gsfdi.errors import GsfdiError
 from gsfdi.pipeline.outcome import Outcome, absent, mappings_of, need
+from gsfdi.pipeline.quality_lines import quality_line
 from gsfdi.store import Store
 from gsfdi.types import Batch, JointRecord, Problem
 from gsfdi.workers import Report, silent
@@ -89,28 +89,6 @@ def _kept(pieces: Iterable[Batch], keep: Store, written: list[Path], problems: l
         problems += batch.problems
         written += keep.add(batch)
         yield from batch.records
-
-
-def quality_line(row: Mapping[str, Any]) -> str:
-    """Say of one joint how much there is of it, and what was masked.
-
-    Parameters
-    ----------
-    row : mapping
-        A row of `gsfdi.ingest.summary`, with whether it is new to the store.
-    """
-    masked = ", ".join(
-        f"{channel} {kind.replace('_', ' ')} {count:g}"
-        for channel, counts in row["masked"].items()
-        for kind, count in counts.items()
-    )
-    lost = ", ".join(f"{kind.replace('_', ' ')} {count:g}" for kind, count in row["left_out"].items())
-    return (
-        f"{row['joint']}: {row['samples']} samples, {row['span_s']:.1f} s at {row['rate_hz']:.4g} Hz, "
-        f"{row['gaps']} gaps; masked: {masked or 'nothing'}"
-        + (f"; clock: {lost}" if lost else "")
-        + ("" if row["new"] else " (in the store already)")
-    )
 
 
 def outline(about: Mapping[str, object], indent: str = "") -> list[str]:
