@@ -90,7 +90,8 @@ def test_sine_and_cosine_keep_their_rate_however_alike_they_are(alike: float) ->
         sums["g"][:, pair] = rng.multivariate_normal([0.0, 0.0], info * np.array([[1.0, alike], [alike, 1.0]]), bins)
         sums["h"][:, pair], sums["x"][:, pair] = info, alike * info
         energy = np.column_stack([np.full(bins, 50.0), np.full(bins, 25.0)])
-        return {**sums, "energy": energy, "width": np.array([0.25]), "kind": np.array([1.0, 1.0, 0.0])}
+        about = {"width": np.array([0.25]), "kind": np.array([1.0, 1.0, 0.0]), "terms": np.array([0.0])}
+        return {**sums, "energy": energy, **about}
 
     largest = []
     for _ in range(40):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gsfdi.detectors import innovations
 from gsfdi.detectors.innovations import Lean, _as_likely, _freedom
 from gsfdi.directions import library
 
@@ -14,10 +15,10 @@ def test_normal_scores_keep_every_block_and_rare_ones_few() -> None:
     rng = np.random.default_rng(0)
     h = np.ones((60, COUNT))
     noise = rng.standard_normal(h.shape)
-    assert (_freedom(noise, h, np.ones(COUNT), KIND) == 59.0).all()  # noise alone is known by theory
-    assert np.median(_freedom(noise, h, np.full(COUNT, 4.0), KIND)) > 40.0
+    assert (_freedom(noise, h, np.ones(COUNT), KIND, 60.0) == 59.0).all()  # noise alone is known by theory
+    assert np.median(_freedom(noise, h, np.full(COUNT, 4.0), KIND, 60.0)) > 40.0
     rare = np.where(rng.random(h.shape) < 0.05, 30.0, 1.0) * noise
-    assert np.median(_freedom(rare, h, np.mean(rare**2, axis=0), KIND)) < 12.0
+    assert np.median(_freedom(rare, h, np.mean(rare**2, axis=0), KIND, 60.0)) < 12.0
 
 
 def test_a_lean_that_is_known_from_few_blocks_counts_for_less() -> None:
@@ -30,3 +31,17 @@ def test_a_lean_that_is_known_from_few_blocks_counts_for_less() -> None:
     strong = _as_likely(lean._replace(z=1e6, robust=1e5), learnt)
     assert strong.z > strong.robust > 15.0
     assert _as_likely(lean._replace(robust=0.0), learnt).robust == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_was_fitted_to_the_baseline_is_no_freedom_of_it() -> None:
+    def gathered(terms: float) -> list[dict[str, np.ndarray]]:
+        rng = np.random.default_rng(1)
+        sums = {"g": 4.0 * rng.standard_normal((160, COUNT)), "h": np.ones((160, COUNT)), "x": np.zeros((160, COUNT))}
+        about = {"width": np.array([0.25]), "kind": KIND, "terms": np.array([terms])}
+        return [{**sums, "energy": np.full((160, 2), 25.0), **about}] * 4
+
+    settings = innovations.DETECTOR.settings
+    free, fitted = (innovations.learn(gathered(terms), settings) for terms in (0.0, 8.0))
+    assert (free["blocks"], fitted["blocks"]) == (32.0, 24.0)
+    assert fitted["within"] == pytest.approx(free["within"] * 32.0 / 24.0)
+    assert (fitted["freedom"] < free["freedom"]).all()

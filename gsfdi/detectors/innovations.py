@@ -44,6 +44,7 @@ class _Tally:
     def __init__(self, nominal: Nominal, settings: Mapping[str, float]) -> None:
         self.run = observer(nominal)
         self.kind = np.array([nominal.flexible, bool(nominal.velocity), False], dtype=np.float64)
+        self.terms = np.array([float(sum(value != 0.0 for value in nominal.terms.values()))])
         self.directions = library(nominal.flexible, bool(nominal.velocity), temperature=False)
         self.entry = entries(nominal, self.run, self.directions)
         self.bins = Binned(BIN)
@@ -59,7 +60,8 @@ class _Tally:
         self.joint += scored.H
 
     def numbers(self) -> dict[str, Array]:
-        return {**self.bins.sums, "H": self.joint, "width": np.array([self.bins.width]), "kind": self.kind}
+        about = {"width": np.array([self.bins.width]), "kind": self.kind, "terms": self.terms}
+        return {**self.bins.sums, "H": self.joint, **about}
 
 
 def _blocks(values: Array, width: float, length: float) -> Array:
@@ -80,8 +82,10 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
     gb = np.concatenate([_blocks(g, float(n["width"][0]), length) for g, n in zip(clean, gathered, strict=True)])
     g, h = np.array([one.sum(axis=0) for one in clean]), np.array([one["h"].sum(axis=0) for one in gathered])
     hb, xb = blocks[1], blocks[2]
-    within = np.maximum(1.0, _wander(gb, hb, xb, gathered[0]["kind"]))
-    freedom = _freedom(gb, hb, within, gathered[0]["kind"])
+    # The terms of the nominal joint were fitted to these very batches, and took as many blocks' worth of wander away.
+    left = max(len(gb) - float(gathered[0]["terms"][0]), 1.0)
+    within = np.maximum(1.0, len(gb) / left * _wander(gb, hb, xb, gathered[0]["kind"]))
+    freedom = _freedom(gb, hb, within, gathered[0]["kind"], left)
     # Excess spread between batches, in the fault's own unit.
     dof = max(len(gathered) - 1, 1)
     expected = within / np.maximum(h, 1e-300) * dof / (dof + 1)
@@ -94,7 +98,7 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
         "freedom": freedom,
         "swing": _swing(clean, gathered, within),
         "energy": np.array([blocks[3][:, 0].sum() / max(blocks[3][:, 1].sum(), 1.0)]),
-        "pooled": np.array([np.median(within)]), "blocks": np.array([float(len(gb))]),
+        "pooled": np.array([np.median(within)]), "blocks": np.array([left]),
         "batches": np.array([float(len(gathered))]), "tolerance": np.array([settings["tolerance"]]),
     }  # fmt: skip
 
@@ -122,7 +126,7 @@ def _wander(g: Array, h: Array, x: Array, kind: Array) -> Array:
     return mean
 
 
-def _freedom(g: Array, h: Array, within: Array, kind: Array) -> Array:
+def _freedom(g: Array, h: Array, within: Array, kind: Array, blocks: float) -> Array:
     """How many independent blocks each direction's wander was learnt from, as the spread of its squares tells.
 
     Where noise is all there is, scores are normal and every block counts. What a model lacks, as a rigid joint's model
@@ -139,7 +143,7 @@ def _freedom(g: Array, h: Array, within: Array, kind: Array) -> Array:
     for fault in set(faults):  # one direction alone says it poorly
         uneven[faults == fault] = uneven[faults == fault].mean()
     unexplained = 1.0 - 1.0 / within
-    return np.asarray(np.maximum(len(g) / (1.0 + np.maximum(uneven - 1.0, 0.0) * unexplained) - 1.0, 3.0))
+    return np.asarray(np.maximum(blocks / (1.0 + np.maximum(uneven - 1.0, 0.0) * unexplained) - 1.0, 3.0))
 
 
 def _swing(clean: Sequence[Array], gathered: Sequence[Numbers], within: Array) -> Array:
