@@ -13,6 +13,10 @@ from gsfdi.types import Array, Mask
 Ints = npt.NDArray[np.int64]
 Misfit = Callable[[Sequence[JointModel]], Array]
 """Models in, white innovations ``(m, n)`` out; a model that cannot be replayed gives NaN or infinite rows."""
+STEP = 1e-2
+"""Step of a slope, in units of its knob's scale or of a share of its value, whichever is more."""
+SHARE = 0.3
+"""That share. A joint that sticks slides now one sample sooner, now later: smaller steps see little but that."""
 BROYDEN = 0.2
 """A step that gains more than this many times the square root of the cost keeps the slopes of the step before."""
 
@@ -109,19 +113,23 @@ def _step(H: Array, g: Array, free: Mask, damping: float) -> Array:
 def slopes(
     misfit: Misfit, model: JointModel, knobs: Sequence[Knob], values: Array, residual: Array, known: Array | None = None
 ) -> Array:
-    """Slope ``(n, k)`` of the white innovations against each knob, per unit of its scale."""
-    trials, steps = [], []
+    """Slope ``(n, k)`` of the white innovations against each knob, per unit of its scale, from both sides of `values`.
+
+    At a bound it is taken from the one side that is left.
+    """
     given = np.zeros((len(residual), 0)) if known is None else known
+    turned_to, ends = [], []
     for i, knob in enumerate(knobs[given.shape[1] :], start=given.shape[1]):
-        size = 1e-2 * knob.scale
-        size = -size if values[i] + size > knob.high else size
-        moved = values.copy()
-        moved[i] += size
-        trials.append(turned(model, knobs, moved))
-        steps.append(size / knob.scale)
-    if not trials:
+        size = STEP * max(knob.scale, SHARE * abs(values[i]))
+        above, below = min(size, max(knob.high - values[i], 0.0)), min(size, max(values[i] - knob.low, 0.0))
+        above, below = (size, below) if above + below == 0.0 else (above, below)
+        ends.append((above + below) / knob.scale)
+        own = np.arange(len(values)) == i
+        turned_to += [turned(model, knobs, np.where(own, values[i] + step, values)) for step in (above, -below)]
+    if not turned_to:
         return given
-    slope: Array = ((misfit(trials) - residual) / np.array(steps)[:, None]).T
+    shown = misfit(turned_to)
+    slope: Array = ((shown[0::2] - shown[1::2]) / np.array(ends)[:, None]).T
     return np.hstack([given, np.where(np.isfinite(slope), slope, 0.0)])
 
 

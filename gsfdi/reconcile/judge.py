@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted, covariance
+from gsfdi.fit import Fitted
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import KNOB_COST, Contest, missing, size_of, without
@@ -14,7 +14,7 @@ from gsfdi.reconcile.hand import Round, is_sensor, lay_out, with_term
 from gsfdi.reconcile.knobs import plausible, term_knobs
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, allowed, refined_onset
-from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.reconcile.turning import fit_knobs, spread_of
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 
@@ -79,7 +79,7 @@ def inflation(hand: Round) -> float:
     J, scale = fitted.jacobian, np.array([knob.scale for knob in fitted.knobs])
     belief = np.array([0.0 if k.prior is None else (k.scale / k.doubt) ** 2 for k in fitted.knobs])
     plain = np.diag(np.linalg.pinv(J.T @ J + np.diag(belief), hermitian=True)) * scale**2
-    robust = np.diag(covariance(fitted, hand.stand.blocks()))
+    robust = np.diag(spread_of(fitted, hand.stand.blocks()))
     return float(max(1.0, np.median(robust / np.maximum(plain, 1e-300))))
 
 
@@ -264,7 +264,7 @@ def _contest_of(use: TermUse, contests: Sequence[Contest]) -> Contest | None:
 
 def _with_intervals(hand: Round, given: int, found: Sequence[Name]) -> list[Name]:
     """Add to each name the 95 % intervals of its numbers, and its share of the mismatch."""
-    spread = np.sqrt(np.diag(covariance(hand.fitted, hand.stand.blocks()))) if hand.fitted.knobs else np.zeros(0)
+    spread = np.sqrt(np.diag(spread_of(hand.fitted, hand.stand.blocks()))) if hand.fitted.knobs else np.zeros(0)
     gains = [without(hand, given + i).cost - hand.fitted.cost for i in range(len(found))]
     whole = sum(max(g, 0.0) for g in gains) or 1.0
     done = []

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted, Knob, covariance, levenberg
+from gsfdi.fit import Fitted, Knob, levenberg
 from gsfdi.model import JointModel
 from gsfdi.reconcile.hand import Round
-from gsfdi.reconcile.turning import DOUBT
+from gsfdi.reconcile.turning import DOUBT, spread_of
 
 TERM_OF = {
     "torque_constant": "torque_constant_change",
@@ -47,7 +47,7 @@ class Shift:
 def shifts(hand: Round) -> list[Shift]:
     """Every plant parameter over its nominal value."""
     fitted = hand.fitted
-    spread = np.sqrt(np.diag(covariance(fitted, hand.stand.blocks()))) if fitted.knobs else np.zeros(0)
+    spread = np.sqrt(np.diag(spread_of(fitted, hand.stand.blocks()))) if fitted.knobs else np.zeros(0)
     found = []
     for knob, value, sd in zip(fitted.knobs, fitted.values, spread, strict=True):
         if knob.place == -1 and knob.prior:
@@ -87,7 +87,7 @@ def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float,
         rest = [_pinned(k, nominal) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
         alone = Knob(-1, name, 0.03 * value, 0.2 * value, 5.0 * value)
         fitted = levenberg(hand.misfit, base, [alone, *rest], 6)
-        sd = float(np.sqrt(covariance(fitted, hand.stand.blocks())[0, 0])) / value
+        sd = float(np.sqrt(spread_of(fitted, hand.stand.blocks())[0, 0])) / value
         ratio = float(fitted.values[0] / value)
         shift = Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd, TOLERANCE * DOUBT)
         found.append((_cost_beside(hand, fitted), shift))

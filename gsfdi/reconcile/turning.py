@@ -9,12 +9,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
-from gsfdi.fit import Fitted, Knob, Misfit, levenberg, turned
+from gsfdi.fit import Fitted, Knob, Misfit, covariance, levenberg, turned
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.registry import shelf
 from gsfdi.types import Array
+
+Ints = npt.NDArray[np.int64]
 
 DOUBT = 0.03
 """Standard deviation of a nominal parameter about the truth, as a share, unless the model tells: 2 to 5 % is usual."""
@@ -71,6 +74,22 @@ def balanced(misfit: Misfit, fitted: Fitted) -> Fitted:
     return replace(
         fitted, model=turned(fitted.model, fitted.knobs, values), values=values, cost=cost, residual=residual
     )
+
+
+def spread_of(fitted: Fitted, blocks: Ints) -> Array:
+    """Covariance ``(k, k)`` of the fitted knobs, the scale of torque being known from their priors only.
+
+    Slopes by differences are never so exact that the knobs' parts in that scale cancel. What is left of it would seem
+    to tell the scale to a fraction of a percent; it is taken off the steepest slopes, which err by most.
+    """
+    J = fitted.jacobian
+    along = np.array(
+        [v / k.scale if _is_torque(k, fitted.model) else 0.0 for k, v in zip(fitted.knobs, fitted.values, strict=True)]
+    )
+    steep = np.sum(J**2, axis=0) * along
+    if "torque_constant" in {k.name for k in fitted.knobs if k.place == -1} and along @ steep > 0:
+        J = J - np.outer(J @ along, steep / (along @ steep))
+    return covariance(replace(fitted, jacobian=J), blocks)
 
 
 def _is_torque(knob: Knob, model: JointModel) -> bool:

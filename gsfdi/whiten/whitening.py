@@ -84,38 +84,101 @@ def _gains(Ad, Q, C, R, P0, steps, present, push, shake):  # type: ignore[no-unt
     """Gains and inverse Cholesky factors of the innovations' covariance, sample by sample; 0 steps starts anew."""
     n, nx, p = steps.size, Ad.shape[0], C.shape[0]
     K, W, logdet = np.zeros((n, nx, p)), np.zeros((n, p, p)), np.zeros(n)
-    P, eye = P0.copy(), np.eye(nx)
+    P, left, PC, work = P0.copy(), np.zeros((nx, nx)), np.zeros((nx, p)), np.zeros((nx, nx))
     settled, before = 0, np.inf
     for k in range(n):
         if steps[k] == 0:
-            P, settled = P0.copy(), 0
+            P[:] = P0
+            settled = 0
         else:
-            settled = settled if steps[k] == 1 else 0
-            if shake[k] > 0:
-                settled = 0
+            settled = settled if steps[k] == 1 and shake[k] == 0 else 0
             for _ in range(steps[k] if settled < 3 else 0):
-                P = Ad @ P @ Ad.T + Q
+                _between(Ad, P, work)
+                P += Q
             if shake[k] > 0:
-                P = P + shake[k] * push
+                P += shake[k] * push
         if not present[k]:
             settled = 0
             continue
         if settled >= 3:
             K[k], W[k], logdet[k] = K[k - 1], W[k - 1], logdet[k - 1]
             continue
-        S = C @ P @ C.T + R
-        factor = np.linalg.cholesky(S)
-        W[k] = np.linalg.inv(factor)
-        K[k] = P @ C.T @ np.linalg.inv(S)
-        for i in range(p):
-            logdet[k] += 2 * np.log(factor[i, i])
-        left = eye - K[k] @ C
-        P = left @ P @ left.T + K[k] @ R @ K[k].T
+        logdet[k] = _weigh(P, C, R, PC, W[k])
+        _gain(PC, W[k], C, K[k], left)
+        _between(left, P, work)
+        for a in range(nx):
+            for b in range(nx):
+                for i in range(p):
+                    P[a, b] += K[k, a, i] * R[i, i] * K[k, b, i]
         if abs(logdet[k] - before) < 1e-10 and k % 50 == 0:
             settled += 1
         if k % 50 == 0:
             before = logdet[k]
     return K, W, logdet
+
+
+@numba.njit(cache=True)
+def _between(A, P, work):  # type: ignore[no-untyped-def]
+    """Set P to ``A P Aᵀ``; numba's own products of small matrices take most of their time for being called."""
+    n = len(P)
+    for a in range(n):
+        for b in range(n):
+            total = 0.0
+            for c in range(n):
+                total += A[a, c] * P[c, b]
+            work[a, b] = total
+    for a in range(n):
+        for b in range(n):
+            total = 0.0
+            for c in range(n):
+                total += work[a, c] * A[b, c]
+            P[a, b] = total
+
+
+@numba.njit(cache=True)
+def _weigh(P, C, R, PC, W):  # type: ignore[no-untyped-def]
+    """Fill ``P Cᵀ`` and the inverse Cholesky factor W of ``C P Cᵀ + R`` (1 or 2 wide); give the log-determinant."""
+    n, p = PC.shape
+    for a in range(n):
+        for i in range(p):
+            total = 0.0
+            for c in range(n):
+                total += P[a, c] * C[i, c]
+            PC[a, i] = total
+    S = np.zeros(3)  # first variance, covariance, second variance
+    for i in range(p):
+        for j in range(i + 1):
+            total = R[i, i] if i == j else 0.0
+            for a in range(n):
+                total += C[i, a] * PC[a, j]
+            S[i + j] = total
+    W[0, 0] = S[0] ** -0.5
+    if p == 1:
+        return float(np.log(S[0]))
+    beside = S[1] * W[0, 0]
+    rest = S[2] - beside**2
+    W[1, 1] = rest**-0.5
+    W[1, 0] = -beside * W[0, 0] * W[1, 1]
+    return float(np.log(S[0]) + np.log(rest))
+
+
+@numba.njit(cache=True)
+def _gain(PC, W, C, K, left):  # type: ignore[no-untyped-def]
+    """Fill the Kalman gain K and ``1 - K C``."""
+    n, p = PC.shape
+    for a in range(n):
+        for i in range(p):
+            total = 0.0
+            for j in range(p):
+                for m in range(p):
+                    total += PC[a, j] * W[m, j] * W[m, i]
+            K[a, i] = total
+    for a in range(n):
+        for b in range(n):
+            total = 1.0 if a == b else 0.0
+            for i in range(p):
+                total -= K[a, i] * C[i, b]
+            left[a, b] = total
 
 
 @numba.njit(cache=True)
