@@ -43,6 +43,8 @@ TRIVIAL = 0.02
 """Share of the missing torque below which no further term is looked for."""
 CHANCE = 0.005
 """Probability that chance alone makes one of all offers a winner."""
+UNPROMISED = 4.0
+"""How many times what the regression promised a faint finalist may gain."""
 KNOB_COST = 4.0
 """Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""
 
@@ -218,10 +220,15 @@ def fairly(hand: Round, entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) ->
     """Take off a finalist what its term gains by being written into the model, were it nothing.
 
     A model with a spring or a delay that is no plain number is stepped otherwise than one without. Where the effort is
-    known exactly that alone, with the numbers in hand fitted anew, may suit a recording better by tens.
+    known exactly that alone, with the numbers in hand fitted anew, may suit a recording better by tens. So may numbers
+    gone far along a direction in which nothing is felt, through the moments at which a joint sticks and slips; the
+    regression had promised none of it.
     """
+    if entry.fitted is None or merit(entry) > PLAIN:
+        return entry
+    entry = replace(entry, gain=min(entry.gain, UNPROMISED * entry.linear))
     use = _idle(entry, shelf_terms)
-    if use is None or entry.fitted is None or merit(entry) > PLAIN:
+    if use is None or merit(entry) < LEAST:
         return entry
     count = len(hand.fitted.knobs)
     start = turned(hand.fitted.model, hand.fitted.knobs, entry.fitted.values[:count])

@@ -20,8 +20,8 @@ from gsfdi.types import Array
 
 UNLIKELY = {"sensor": 0.3}
 """Prior odds by component, against the rest: a sensor fails more rarely than it is blamed."""
-SUDDENLY = {"output_inertia_change": 0.5}
-"""Prior odds of setting in within a recording: a load is taken up between motions, as a rule."""
+SUDDENLY = {"output_inertia_change": 0.5, "motor_inertia_change": 0.05}
+"""Prior odds of setting in within a recording: a load is taken up between motions, as a rule; a rotor stays."""
 TRIVIAL = 0.005
 """Share of the gain in log-likelihood below which a slight term is not worth a name."""
 MENDS = 0.02
