@@ -72,30 +72,33 @@ BINS = 2048
 
 
 class Binned:
-    """Sums over bins of time that merge in pairs when they grow too many, so that memory stays flat."""
+    """Sums over bins of time that merge in pairs when they grow too many; their memory is taken once and stays."""
 
     def __init__(self, width: float) -> None:
         self.width = width
-        self.sums: dict[str, Array] = {}
+        self._count = 0
+        self._kept: dict[str, Array] = {}
 
-    def place(self, t: Array) -> tuple[npt.NDArray[np.int64], int]:
-        """Bin of each time, and how many bins there are now."""
+    @property
+    def sums(self) -> dict[str, Array]:
+        """The sums of every bin so far."""
+        return {name: kept[: self._count].copy() for name, kept in self._kept.items()}
+
+    def place(self, t: Array) -> tuple[npt.NDArray[np.int64], int, int]:
+        """Bin of each time, counted from that of the first; which bin that is; and how many there are."""
         while t[-1] / self.width >= BINS:
             self.width *= 2.0
-            self.sums = {
-                name: np.add.reduceat(kept, np.arange(0, len(kept), 2), axis=0) for name, kept in self.sums.items()
-            }
+            self._count = -(-self._count // 2)
+            for kept in self._kept.values():
+                kept[: BINS // 2] = kept[::2] + kept[1::2]
+                kept[BINS // 2 :] = 0.0
         bins = np.floor(t / self.width).astype(np.int64)
-        return bins, int(bins[-1]) + 1
+        first = int(bins[0])
+        return bins - first, first, int(bins[-1]) - first + 1
 
-    def add(self, name: str, values: Array) -> None:
-        """Add sums that begin at bin 0."""
-        kept = self.sums.get(name)
-        if kept is None:
-            self.sums[name] = values.copy()
-        elif len(kept) >= len(values):
-            kept[: len(values)] += values
-        else:
-            grown = values.copy()
-            grown[: len(kept)] += kept
-            self.sums[name] = grown
+    def add(self, name: str, values: Array, first: int) -> None:
+        """Add sums that begin at bin `first`."""
+        if name not in self._kept:
+            self._kept[name] = np.zeros((BINS, *values.shape[1:]))
+        self._kept[name][first : first + len(values)] += values
+        self._count = max(self._count, first + len(values))

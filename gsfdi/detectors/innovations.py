@@ -51,12 +51,12 @@ class _Tally:
         self.joint = np.zeros((len(self.directions), len(self.directions)))
 
     def add(self, watched: Watched) -> None:
-        bins, count = self.bins.place(watched.stretch.t)
+        bins, first, count = self.bins.place(watched.stretch.t)
         scored = score(self.run, self.entry, watched, self.directions, bins, count)
-        self.bins.add("g", scored.g)
-        self.bins.add("h", scored.h)
-        self.bins.add("x", scored.x)
-        self.bins.add("energy", scored.energy)
+        self.bins.add("g", scored.g, first)
+        self.bins.add("h", scored.h, first)
+        self.bins.add("x", scored.x, first)
+        self.bins.add("energy", scored.energy, first)
         self.joint += scored.H
 
     def numbers(self) -> dict[str, Array]:

@@ -112,14 +112,13 @@ class _Tally:
                 np.convolve(watched.stretch.trusted & watched.moving_freely, np.ones(length), mode="valid")
                 > length - 0.5
             )
-            bins, count = self.bins.place(watched.stretch.t[length - 1 :])
+            bins, first, count = self.bins.place(watched.stretch.t[length - 1 :])
             columns = [np.bincount(bins, some * clear, minlength=count) for some in (r**2, np.ones(len(r)), driven**2)]
-            self.bins.add(name, np.column_stack(columns))
+            self.bins.add(name, np.column_stack(columns), first)
 
     def numbers(self) -> dict[str, Array]:
-        if not self.bins.sums:
-            return {}
-        return {**self.bins.sums, "width": np.array([self.bins.width])}
+        sums = self.bins.sums
+        return {**sums, "width": np.array([self.bins.width])} if sums else {}
 
 
 def _expected(bins: Array, learnt: Array) -> Array:
