@@ -6,14 +6,21 @@ import numpy as np
 import pytest
 from rigid import JOINT as NOMINAL
 
-from gsfdi.model import JointModel, Sensors, TermUse
+from gsfdi.model import Controller, JointModel, Sensors, TermUse
+from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
+from gsfdi.reconcile.compete import opening
+from gsfdi.reconcile.judge import least_share
 from gsfdi.reconcile.law import check_law
+from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.window import typical_window
+from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
+
+COULOMB = (TermUse("coulomb_friction", {"torque_nm": 0.4}),)
 
 
 def recorded(model: JointModel, seed: int = 1) -> JointRecord:
@@ -129,6 +136,18 @@ def test_a_limit_is_found_although_the_integral_waits_at_it() -> None:
     assert entry["parameters"]["limit_a"]["value"] == pytest.approx(limit, rel=0.01)
 
 
+def test_no_law_is_held_against_the_slope_of_a_setpoint_beside_lost_samples() -> None:
+    whole = recorded(NOMINAL)
+    keep = np.random.default_rng(3).random(len(whole.t)) > 0.04
+    lossy = replace(
+        whole, t=whole.t[keep], channels={k: whole[k][keep] for k in whole.channels if k != "setpoint_rate"}, valid={}
+    )
+    found = check_law(bench([lossy], NOMINAL).records, NOMINAL)
+    assert found is not None
+    assert found.findings == ()
+    assert found.after < 1.1 * NOMINAL.sensors.effort_noise
+
+
 def test_the_age_of_a_speed_that_is_not_logged_is_read_off_the_law() -> None:
     law = NOMINAL.controller
     assert law is not None
@@ -208,6 +227,29 @@ def test_physics_is_no_wrong_law_where_no_speed_is_logged(use: TermUse) -> None:
     found = check_law([unseen(replace(QUIET, physics=(use,)))], QUIET)
     assert found is not None
     assert found.findings == ()
+
+
+def test_the_scale_of_torque_is_known_from_the_model_alone() -> None:
+    plant = replace(NOMINAL.plant, torque_constant=0.5)
+    joint = replace(NOMINAL, plant=plant, effort="motor_current", controller=None)
+    truth = replace(joint, controller=Controller(400.0, 200.0, 80.0, 100.0), physics=COULOMB)
+    hand = opening(bench([recorded(truth)], replace(joint, physics=COULOMB)), replace(joint, physics=COULOMB), 0.0)
+    knobs = {knob.name: i for i, knob in enumerate(hand.fitted.knobs)}
+    spread = np.sqrt(np.diag(spread_of(hand.fitted, hand.stand.blocks()))) / np.abs(hand.fitted.values)
+    # three numbers scale together, each believed to within DOUBT
+    assert spread[knobs["output_inertia"]] == pytest.approx(DOUBT / 3**0.5, rel=0.05)
+    assert spread[knobs["torque_nm"]] == pytest.approx(DOUBT / 3**0.5, rel=0.05)
+
+
+def test_a_slight_term_mends_the_law_of_a_weightier_one() -> None:
+    shelf_terms = shelf("gsfdi.terms", PhysicsTerm)
+    stribeck = TermUse("stribeck_friction", {"excess_nm": 1.0, "velocity_rad_s": 0.01})
+    viscous = TermUse("viscous_friction", {"coefficient_nms_rad": 2.0})
+    less = TermUse("viscous_friction", {"coefficient_nms_rad": -2.0})
+    cogging = TermUse("cogging", {"amplitude_nm": 1.0, "order": 6.0, "phase_rad": 0.0})
+    least = [least_share(use, 0.01, [(stribeck, 0.99)], shelf_terms) for use in (cogging, viscous, less)]
+    assert 0.0 == least[0] < 0.01 < least[1] < least[2]
+    assert least_share(stribeck, 0.99, [(viscous, 0.01)], shelf_terms) == 0.0
 
 
 def test_a_stop_that_is_met_once_is_named() -> None:

@@ -115,15 +115,14 @@ def slopes(
 ) -> Array:
     """Slope ``(n, k)`` of the white innovations against each knob, per unit of its scale, from both sides of `values`.
 
-    At a bound it is taken from the one side that is left.
+    At a bound it is taken from the one side that is left; a knob that is held has none.
     """
     given = np.zeros((len(residual), 0)) if known is None else known
     turned_to, ends = [], []
     for i, knob in enumerate(knobs[given.shape[1] :], start=given.shape[1]):
         size = STEP * max(knob.scale, SHARE * abs(values[i]))
         above, below = min(size, max(knob.high - values[i], 0.0)), min(size, max(values[i] - knob.low, 0.0))
-        above, below = (size, below) if above + below == 0.0 else (above, below)
-        ends.append((above + below) / knob.scale)
+        ends.append((above + below) / knob.scale or 1.0)
         own = np.arange(len(values)) == i
         turned_to += [turned(model, knobs, np.where(own, values[i] + step, values)) for step in (above, -below)]
     if not turned_to:

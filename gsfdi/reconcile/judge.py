@@ -211,7 +211,7 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
         shares = gains / max(float(gains.sum()), 1e-300)
         uses = hand.fitted.model.physics[given:]
         low = [
-            s < _least_share(use, s, zip(uses, shares, strict=True), shelf_terms)
+            s < least_share(use, s, zip(uses, shares, strict=True), shelf_terms)
             for use, s in zip(uses, shares, strict=True)
         ]
         trivial = [
@@ -225,7 +225,7 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
     return hand
 
 
-def _least_share(
+def least_share(
     use: TermUse, share: float, beside: Iterable[tuple[TermUse, float]], shelf_terms: Mapping[str, PhysicsTerm]
 ) -> float:
     """Share of the gain that a term must hold, however large it is, beside weightier ones that it may only mend."""
