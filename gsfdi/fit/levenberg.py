@@ -79,7 +79,7 @@ def levenberg(
     damping, jacobian, exact = 1e-4, np.zeros((len(residual), len(knobs))), False
     for _ in range(rounds if knobs else 0):
         if not exact:
-            jacobian, exact = slopes(misfit, model, knobs, values, residual, known), True
+            jacobian, exact = slopes(misfit, model, knobs, values, residual, known, both=False), True
         H, g = _normal(jacobian, residual, knobs, values)
         gained = 0.0
         for _ in range(5):
@@ -111,24 +111,38 @@ def _step(H: Array, g: Array, free: Mask, damping: float) -> Array:
 
 
 def slopes(
-    misfit: Misfit, model: JointModel, knobs: Sequence[Knob], values: Array, residual: Array, known: Array | None = None
+    misfit: Misfit,
+    model: JointModel,
+    knobs: Sequence[Knob],
+    values: Array,
+    residual: Array,
+    known: Array | None = None,
+    both: bool = True,
 ) -> Array:
-    """Slope ``(n, k)`` of the white innovations against each knob, per unit of its scale, from both sides of `values`.
+    """Slope ``(n, k)`` of the white innovations against each knob, per unit of its scale.
 
-    At a bound it is taken from the one side that is left; a knob that is held has none.
+    Taken from `both` sides of `values`, but at a bound from the one that is left; a knob that is held has none. A step
+    to one side alone is half the work and feels how the misfit bends.
     """
     given = np.zeros((len(residual), 0)) if known is None else known
     turned_to, ends = [], []
     for i, knob in enumerate(knobs[given.shape[1] :], start=given.shape[1]):
         size = STEP * max(knob.scale, SHARE * abs(values[i]))
         above, below = min(size, max(knob.high - values[i], 0.0)), min(size, max(values[i] - knob.low, 0.0))
-        ends.append((above + below) / knob.scale or 1.0)
+        if not both:
+            above, below = (above, 0.0) if above >= below else (0.0, below)
         own = np.arange(len(values)) == i
-        turned_to += [turned(model, knobs, np.where(own, values[i] + step, values)) for step in (above, -below)]
-    if not turned_to:
-        return given
-    shown = misfit(turned_to)
-    slope: Array = ((shown[0::2] - shown[1::2]) / np.array(ends)[:, None]).T
+        turned_to += [turned(model, knobs, np.where(own, values[i] + step, values)) for step in (above, -below) if step]
+        ends.append((above, below))
+    if not any(above + below for above, below in ends):
+        return np.hstack([given, np.zeros((len(residual), len(ends)))])
+    shown = iter(misfit(turned_to))
+    columns = []
+    for knob, (above, below) in zip(knobs[given.shape[1] :], ends, strict=True):
+        high = next(shown) if above else residual
+        low = next(shown) if below else residual
+        columns.append((high - low) / ((above + below) / knob.scale or 1.0))
+    slope = np.column_stack(columns)
     return np.hstack([given, np.where(np.isfinite(slope), slope, 0.0)])
 
 

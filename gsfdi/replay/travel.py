@@ -12,7 +12,7 @@ from gsfdi.replay.laws import any_in, mapped, product, see, total
 PHASE_STEP = 0.7  # [rad] of a term's wave per substep; the laws give its mean over the step
 MOST_SUBSTEPS = 400
 PARTS = 4
-"""Parts into which a substep is cut in which a dry friction of a flexible joint turns: the spring's torque changes."""
+"""Parts into which a substep is cut in which a flexible joint's friction turns or its play is entered or left."""
 
 
 @inlined
@@ -21,7 +21,9 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
     span = clock[now + 1, at.TIME] - clock[now, at.TIME]
     if span <= 0.0:
         return
-    dry = model[at.RIGID] == 0 and (any_in(at.MOTOR_DRY, model) or any_in(at.OUTPUT_DRY, model))
+    turns = model[at.RIGID] == 0 and (
+        any_in(at.MOTOR_DRY, model) or any_in(at.OUTPUT_DRY, model) or any_in(at.WINDUP, model)
+    )
     delayed = any_in(at.DELAY, model)  # the delayed effort changes within the span: its mean over a part of it acts
     if model[at.WAVE] > 0 or abs(span - v[at.FITTED, 1]) > 1e-8 * span:  # stamps in float64 differ by less
         longest = model[at.LONGEST_STEP]
@@ -30,10 +32,9 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
         count = min(max(4.0 if delayed else 1.0, math.ceil(span / longest - 1e-9)), float(MOST_SUBSTEPS))
         h = span / count
         if abs(h - v[at.FITTED, 0]) > 1e-8 * h:
-            for part in range(2 if dry else 1):
-                transition(model, era, powers, 0.5 * h / PARTS**part, flow, 2 * part)
-                transition(model, era, powers, h / PARTS**part, flow, 2 * part + 1)
-            v[at.FITTED, 0] = h
+            transition(model, era, powers, 0.5 * h, flow, 0)
+            transition(model, era, powers, h, flow, 1)
+            v[at.FITTED, 0], v[at.FITTED, 3] = h, 0.0
         v[at.FITTED, 1], v[at.FITTED, 2] = span, count
     count, h = int(v[at.FITTED, 2]), v[at.FITTED, 0]
     effort = state[now, at.FLOWING]
@@ -44,16 +45,20 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
             age = total(at.DELAY, model, m, states)
             effort = mean_held(clock, state, now, time - age, time + h - age)
         parts, done = 1, 0
-        if dry:
+        if turns:
             keep(v, states)
         while done < parts:
             short = h / parts
             first = 0 if parts == 1 else 2
             turned = substep(model, era, m, v, states, flow, first, effort, time + done * short, short)
             done += 1
-            if turned and dry and parts == 1:
+            if turned and turns and parts == 1:
                 undo(v, states)
                 parts, done = PARTS, 0
+                if v[at.FITTED, 3] == 0.0:
+                    transition(model, era, powers, 0.5 * h / PARTS, flow, 2)
+                    transition(model, era, powers, h / PARTS, flow, 3)
+                    v[at.FITTED, 3] = 1.0
 
 
 @compiled
@@ -83,9 +88,10 @@ def substep(model, era, m, v, states, flow, first, effort, time, h):  # type: ig
     Returns
     -------
     bool
-        Whether a dry friction began or ceased to slide, or turned round.
+        Whether a dry friction began or ceased to slide, or turned round, or a play was entered or left.
     """
     full = first + 1
+    loose = is_loose(model, m, v, states, time)
     drive = model[era + at.DRIVE_GAIN] * effort
     on_motor = v[at.TORQUES, 0] * drive + v[at.TORQUES, 3] - v[at.TORQUES, 1]
     advance(flow, first, v, at.X, at.MIDDLE, on_motor, -v[at.TORQUES, 3] - v[at.TORQUES, 2])
@@ -105,7 +111,7 @@ def substep(model, era, m, v, states, flow, first, effort, time, h):  # type: ig
     if any_in(at.MOTOR_DRY, model):
         motor_low, motor_high = dry_range(at.MOTOR_DRY, model, m, states)
     advance(flow, full, v, at.X, at.FREE, factor * drive + spring - on_motor, -spring - on_output)
-    dry_motor, dry_output, motor_early, output_early, motor_did, output_did = stop_dry(
+    dry_motor, dry_output, motor_early, output_early, motor_did, output_did, motor_slid, output_slid = stop_dry(
         flow, full, v, motor_low, motor_high, output_low, output_high
     )
     motor, joint = v[at.X, 0], v[at.X, 0] + v[at.X, 2]
@@ -113,14 +119,24 @@ def substep(model, era, m, v, states, flow, first, effort, time, h):  # type: ig
         v[at.X, i] = v[at.FREE, i] - flow[full, i, 4] * dry_motor - flow[full, i, 5] * dry_output
     for i in (0, 2):
         v[at.X, i] -= h * (flow[full, i + 1, 4] * motor_early + flow[full, i + 1, 5] * output_early)
-    if model[at.RIGID] == 0:
-        if motor_did == STICKS:
-            v[at.X, 0], v[at.X, 2] = motor, v[at.X, 2] + v[at.X, 0] - motor
-        if output_did == STICKS:
-            v[at.X, 2] = joint - v[at.X, 0]
+    if motor_did == STICKS:
+        motor += h * motor_slid
+        v[at.X, 2] += v[at.X, 0] - motor if model[at.RIGID] == 0 else 0.0
+        v[at.X, 0] = motor
+    if output_did == STICKS:
+        v[at.X, 2] = joint + h * output_slid - v[at.X, 0]
     v[at.TORQUES, 0], v[at.TORQUES, 3] = factor, spring
     v[at.TORQUES, 1], v[at.TORQUES, 2] = on_motor + dry_motor, on_output + dry_output
-    return motor_did == TURNS or output_did == TURNS
+    return motor_did == TURNS or output_did == TURNS or loose or is_loose(model, m, v, states, time + h)
+
+
+@compiled
+def is_loose(model, m, v, states, time):  # type: ignore[no-untyped-def]
+    """Whether the gearbox is within its play, where the spring's deflection is exactly zero."""
+    if not any_in(at.WINDUP, model):
+        return False
+    see(model, m, v, at.X, time)
+    return mapped(at.WINDUP, model, m, states, v[at.X, 2]) == 0.0
 
 
 @inlined
