@@ -224,23 +224,21 @@ def fairly(hand: Round, entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) ->
     gone far along a direction in which nothing is felt, through the moments at which a joint sticks and slips; the
     regression had promised none of it.
     """
-    if entry.fitted is None or merit(entry) > PLAIN:
+    fitted = entry.fitted
+    if fitted is None or merit(entry) > PLAIN:
         return entry
     entry = replace(entry, gain=min(entry.gain, UNPROMISED * entry.linear))
-    use = _idle(entry, shelf_terms)
+    use = _idle(fitted.model.physics[-1], shelf_terms)
     if use is None or merit(entry) < LEAST:
         return entry
-    count = len(hand.fitted.knobs)
-    start = turned(hand.fitted.model, hand.fitted.knobs, entry.fitted.values[:count])
+    start = turned(hand.fitted.model, hand.fitted.knobs, fitted.values[: len(hand.fitted.knobs)])
     idle = fit_knobs(hand.misfit, with_term(start, use), hand.fitted.knobs, 3)
     return replace(entry, gain=entry.gain - max(hand.fitted.cost - idle.cost, 0.0))
 
 
-def _idle(entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) -> TermUse | None:
-    """Give a finalist's term with the number that sizes it at nothing."""
-    if entry.fitted is None:
-        return None
-    use, size = entry.fitted.model.physics[-1], shelf_terms[entry.offer.term].params[0]
+def _idle(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> TermUse | None:
+    """Give a term with the number that sizes it at nothing."""
+    size = shelf_terms[use.term].params[0]
     return None if size.neutral is None else replace(use, values={**use.values, size.name: size.neutral})
 
 

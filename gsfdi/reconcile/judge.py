@@ -25,10 +25,12 @@ SUDDENLY = {"output_inertia_change": 0.5, "motor_inertia_change": 0.05}
 TRIVIAL = 0.005
 """Share of the gain in log-likelihood below which a slight term is not worth a name."""
 MENDS = 0.02
-"""The same beside a weightier term of the same part, whose law may be another than the library's.
+"""The same beside a weightier term of the same part that is `SHAPED`.
 
 A contact is felt everywhere, so that beside a backlash any other term may stand for how its flanks are made.
 """
+SHAPED = ("stribeck_friction", "presliding_friction", "gearbox_hysteresis", "backlash")
+"""Terms of which the literature has several laws, so that the joint's may be another than the library's."""
 SPARED = 0.15
 """The same where it would take something off what the nominal model holds."""
 SLIGHT = 0.005
@@ -230,8 +232,8 @@ def least_share(
 ) -> float:
     """Share of the gain that a term must hold, however large it is, beside weightier ones that it may only mend."""
     part = shelf_terms[use.term].component
-    weightier = [other.term for other, s in beside if s > share]
-    if not any(shelf_terms[other].component == part or other == "backlash" for other in weightier):
+    shaped = [other.term for other, s in beside if s > share and other.term in SHAPED]
+    if not any(shelf_terms[other].component == part or other == "backlash" for other in shaped):
         return 0.0
     size = shelf_terms[use.term].params[0]
     taken_off = size.low >= 0.0 > use.values[size.name]
