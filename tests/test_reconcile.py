@@ -12,7 +12,7 @@ from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.compete import opening
-from gsfdi.reconcile.judge import least_share
+from gsfdi.reconcile.judge import Name, Rival, least_share
 from gsfdi.reconcile.law import check_law
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.window import typical_window
@@ -250,6 +250,15 @@ def test_a_slight_term_mends_the_law_of_a_weightier_one() -> None:
     least = [least_share(use, 0.01, [(stribeck, 0.99)], shelf_terms) for use in (cogging, viscous, less)]
     assert 0.0 == least[0] < 0.01 < least[1] < least[2]
     assert least_share(stribeck, 0.99, [(viscous, 0.01)], shelf_terms) == 0.0
+
+
+def test_a_term_on_the_other_side_is_the_same_name() -> None:
+    motor, output = (TermUse("viscous_friction", {"coefficient_nms_rad": 2.0}, side) for side in ("motor", "output"))
+    likes = (Rival(output, -0.1, 0.4), Rival(TermUse("coulomb_friction", {"torque_nm": 1.0}), -2.0, 0.1))
+    name = Name(motor, 0.9, 1.0, {}, likes)
+    assert name.close == ("coulomb_friction",)
+    assert name.is_on_either_side
+    assert not Name(motor, 0.9, 1.0, {}, likes[1:]).is_on_either_side
 
 
 def test_a_stop_that_is_met_once_is_named() -> None:

@@ -5,7 +5,6 @@ from typing import Any
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile.case import Case
-from gsfdi.reconcile.judge import CLOSE
 from gsfdi.reconcile.parameters import Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.say import sentence, spelled
@@ -54,7 +53,7 @@ def term_entries(case: Case) -> list[dict[str, Any]]:
     entries = []
     axis = case.nominal.axis
     for name in sorted(case.found, key=lambda n: -(round(n.probability, 1) + 0.5 * n.share)):
-        close = [r.use.term for r in name.rivals if r.probability > CLOSE * name.probability]
+        says = sentence(name.use, case.terms[name.use.term], name.share, axis, name.close, name.is_on_either_side)
         entries.append(
             {
                 "term": name.use.term,
@@ -67,7 +66,7 @@ def term_entries(case: Case) -> list[dict[str, Any]]:
                 },
                 "onset_s": name.use.onset,
                 "share_of_misfit": name.share,
-                "says": sentence(name.use, case.terms[name.use.term], name.share, axis, list(dict.fromkeys(close))),
+                "says": says,
             }
         )
     return entries
@@ -110,12 +109,7 @@ def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
 
 def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
     """Sets of terms that the data cannot tell apart."""
-    found = []
-    for name in case.found:
-        close = [r.use.term for r in name.rivals if r.probability > CLOSE * name.probability]
-        group = tuple(dict.fromkeys([name.use.term, *close]))
-        if len(group) > 1:
-            found.append(group)
+    found = [(name.use.term, *name.close) for name in case.found if name.close]
     if 1 not in case.stand.system.rows and any(f.term == "controller_derivative" for f in case.findings):
         found.append(UNSEEN_SPEED)
     if lone and case.nominal.structure == "rigid" and not case.nominal.physics:

@@ -63,7 +63,8 @@ class Rival:
 class Name:
     """A term that the model needs.
 
-    `share` is the part of the parameters-only mismatch that goes when it comes; `ci` by parameter name.
+    `probability` is that of the term on whichever side; `share` the part of the parameters-only mismatch that goes when
+    it comes; `ci` by parameter name.
     """
 
     use: TermUse
@@ -71,6 +72,17 @@ class Name:
     share: float
     ci: Mapping[str, tuple[float, float]]
     rivals: tuple[Rival, ...]
+
+    @property
+    def close(self) -> tuple[str, ...]:
+        """Other terms that the data cannot tell from this one."""
+        near = [r.use.term for r in self.rivals if r.probability > CLOSE * self.probability]
+        return tuple(dict.fromkeys(term for term in near if term != self.use.term))
+
+    @property
+    def is_on_either_side(self) -> bool:
+        """Whether the same term on the other side would do as well."""
+        return any(r.use.term == self.use.term and r.probability > CLOSE * self.probability for r in self.rivals)
 
 
 def inflation(hand: Round) -> float:
@@ -199,7 +211,10 @@ def names(
                 key=lambda rival: -rival.probability,
             )
         )
-        found.append(Name(use, float(weights[0]), 0.0, {}, others))
+        same = [
+            weight for (_, f), weight in zip(rows, weights[1:], strict=True) if f.model.physics[-1].term == use.term
+        ]
+        found.append(Name(use, float(weights[0] + sum(same)), 0.0, {}, others))
         place += 1
     hand = freed(hand)
     return hand, _with_intervals(hand, given, found)

@@ -43,8 +43,10 @@ def spelled(name: str, axis: str) -> str:
     return name if axis == "rotary" else linear_name(name)
 
 
-def sentence(use: TermUse, term: PhysicsTerm | None, gain_share: float, axis: str, rivals: Sequence[str]) -> str:
-    """Say what a term means here, for a person."""
+def sentence(
+    use: TermUse, term: PhysicsTerm | None, gain_share: float, axis: str, rivals: Sequence[str], either: bool = False
+) -> str:
+    """Say what a term means here, for a person; `either` where it may as well sit on the other side."""
     meaning = term.meaning if term is not None else "the controller's gain is not the one in the model"
     numbers = ", ".join(f"{spelled(name, axis)} = {value:.4g}" for name, value in use.values.items())
     text = f"{meaning} ({numbers})"
@@ -53,6 +55,8 @@ def sentence(use: TermUse, term: PhysicsTerm | None, gain_share: float, axis: st
     if use.onset is not None:
         text += f", from {use.onset:.1f} s on"
     text += f"; it accounts for {100 * gain_share:.0f} % of the mismatch that the parameters leave"
+    if either:
+        text += "; on which side of the gearbox it sits the data cannot tell"
     if rivals:
         others = ", ".join(rivals).replace("_", " ")
         text += f"; the data cannot tell it from {others}: {experiment([use.term, *rivals])}"

@@ -222,8 +222,15 @@ def parameters(term: Fields) -> list[dict[str, object]]:
 def unseen(joint: Fields) -> list[dict[str, object]]:
     """Tabulate the least of each term that could have been seen."""
     found = (joint.get("mismatch") or {}).get("smallest_seen") or ()
-    plain = [{**item, "parameters": {key: {"value": v} for key, v in item["parameters"].items()}} for item in found]
-    return [{"name": named(item), "rows": parameters(item)} for item in plain]
+    return [{"name": named(item), "rows": [least(*pair) for pair in item["parameters"].items()]} for item in found]
+
+
+def least(key: str, value: float) -> dict[str, object]:
+    """Give a table's row for the least of a parameter: of a ratio to what is nominal, how far it is off."""
+    name, unit = quantity(key)
+    if key == "ratio" and value > 0.5:  # those that are no ratio to something nominal begin at 0
+        return {"name": "change", "unit": "%", "value": 100 * (value - 1)}
+    return {"name": name, "unit": unit, "value": value}
 
 
 def part(index: int, story: Story, columns: int) -> dict[str, object]:
