@@ -247,9 +247,9 @@ def test_a_slight_term_mends_the_law_of_a_weightier_one() -> None:
     viscous = TermUse("viscous_friction", {"coefficient_nms_rad": 2.0})
     less = TermUse("viscous_friction", {"coefficient_nms_rad": -2.0})
     cogging = TermUse("cogging", {"amplitude_nm": 1.0, "order": 6.0, "phase_rad": 0.0})
-    least = [least_share(use, 0.01, [(stribeck, 0.99)], shelf_terms) for use in (cogging, viscous, less)]
+    least = [least_share(1, [(stribeck, 0.99), (use, 0.01)], shelf_terms) for use in (cogging, viscous, less)]
     assert 0.0 == least[0] < 0.01 < least[1] < least[2]
-    assert least_share(stribeck, 0.99, [(viscous, 0.01)], shelf_terms) == 0.0
+    assert least_share(0, [(stribeck, 0.99), (viscous, 0.01)], shelf_terms) == 0.0
 
 
 def test_a_term_on_the_other_side_is_the_same_name() -> None:

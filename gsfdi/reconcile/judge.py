@@ -1,6 +1,6 @@
 """From a contest to names: rivals under the final noise model, probabilities, shares, intervals, and the remainder."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -226,15 +226,12 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
         trials = [without(hand, place) for place in range(given, len(hand.fitted.model.physics))]
         gains = np.array([max(trial.cost - hand.fitted.cost, 0.0) for trial in trials])
         shares = gains / max(float(gains.sum()), 1e-300)
-        uses = hand.fitted.model.physics[given:]
-        low = [
-            s < least_share(use, s, zip(uses, shares, strict=True), shelf_terms)
-            for use, s in zip(uses, shares, strict=True)
-        ]
+        beside = list(zip(hand.fitted.model.physics[given:], shares, strict=True))
         trivial = [
             i
-            for i in np.argsort(gains)
-            if low[i] or (shares[i] < TRIVIAL and not _weighs(hand, given + int(i), trials[i]))
+            for i in sorted(range(len(beside)), key=lambda k: beside[k][1])
+            if shares[i] < least_share(i, beside, shelf_terms)
+            or (shares[i] < TRIVIAL and not _weighs(hand, given + i, trials[i]))
         ]
         if not trivial:
             return hand
@@ -242,10 +239,19 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
     return hand
 
 
-def least_share(
-    use: TermUse, share: float, beside: Iterable[tuple[TermUse, float]], shelf_terms: Mapping[str, PhysicsTerm]
-) -> float:
-    """Share of the gain that a term must hold, however large it is, beside weightier ones that it may only mend."""
+def least_share(place: int, beside: Sequence[tuple[TermUse, float]], shelf_terms: Mapping[str, PhysicsTerm]) -> float:
+    """Share of the gain that a term must hold, however large it is, beside weightier ones that it may only mend.
+
+    Parameters
+    ----------
+    place : int
+        Of the term among the others.
+    beside : sequence of tuple
+        Every term, with its share.
+    shelf_terms : mapping of str to PhysicsTerm
+        The library.
+    """
+    use, share = beside[place]
     part = shelf_terms[use.term].component
     shaped = [other.term for other, s in beside if s > share and other.term in SHAPED]
     if not any(shelf_terms[other].component == part or other == "backlash" for other in shaped):
