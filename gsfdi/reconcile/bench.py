@@ -14,7 +14,7 @@ from gsfdi.drive import Drive, drive_of, measured_velocity
 from gsfdi.errors import UnusableInputError
 from gsfdi.fit import Started
 from gsfdi.model import JointModel
-from gsfdi.reconcile.gaps import stretches
+from gsfdi.reconcile.gaps import beside_lost, stretches
 from gsfdi.reconcile.scales import scales_of
 from gsfdi.reconcile.sensing import grain_of, sensor_variances
 from gsfdi.scales import Scales
@@ -256,7 +256,5 @@ def start_doubt(system: Observed, scales: Scales) -> Array:
 def shaken_of(record: JointRecord, scales: Scales) -> Array:
     """Torque by which the drive may have moved unseen over the step before each sample: its jump beside lost ones."""
     effort = record[record.effort] * scales.torque / scales.effort
-    lost = ~np.isfinite(record["position"])
-    beside = lost | np.roll(lost, 1) | np.roll(lost, -1)
     jump = np.maximum(np.abs(np.diff(effort, prepend=effort[0])), np.abs(np.diff(effort, append=effort[-1])))
-    return np.where(beside, jump, 0.0)
+    return np.where(beside_lost(record), jump, 0.0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.law import LawCheck
-from gsfdi.reconcile.sheet import LawFinding, beside_lost, commanded, level_of, sheet_of
+from gsfdi.reconcile.sheet import LawFinding, commanded, level_of, sheet_of, unrated
 from gsfdi.types import JointRecord
 
 EXACT = 1.3
@@ -48,9 +48,8 @@ def _driven(record: JointRecord, model: JointModel, findings: Sequence[LawFindin
     asked = asked + level_of(sheet, findings)
     limit = min([model.controller.limit, *(f.values["limit_a"] for f in findings if f.term == "current_limit")])
     effort = np.interp(record.t, sheet.t, np.clip(asked, -limit, limit))
-    if "setpoint_rate" not in record:
-        recorded = record[record.effort]
-        effort = np.where(beside_lost(record) & np.isfinite(recorded), recorded, effort)
+    recorded = record[record.effort]
+    effort = np.where(unrated(record) & np.isfinite(recorded), recorded, effort)
     return replace(record, channels={**record.channels, record.effort: effort}, valid={})
 
 

@@ -9,6 +9,7 @@ from gsfdi.channels import CHANNELS
 from gsfdi.model import JointModel
 from gsfdi.reconcile import locate
 from gsfdi.reconcile.case import Case
+from gsfdi.reconcile.judge import CLOSE
 from gsfdi.reconcile.say import experiment
 from gsfdi.reconcile.verify import free_run
 from gsfdi.types import Array
@@ -137,7 +138,7 @@ def ranking(case: Case) -> list[dict[str, Any]]:
             }
         )
         for rival in name.rivals:
-            told = "cannot be told apart" if rival.probability > 0.05 * name.probability else "lost"
+            told = "cannot be told apart" if rival.probability > CLOSE * name.probability else "lost"
             found.append(
                 {
                     "term": rival.use.term,

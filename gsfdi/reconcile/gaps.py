@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsfdi.types import JointRecord
+from gsfdi.types import JointRecord, Mask
 from gsfdi.whiten import LONGEST
 
 MEASURED = ("position", "motor_velocity", "joint_velocity")
@@ -37,3 +37,12 @@ def stretches(record: JointRecord, period: float, shortest: float) -> list[Joint
             channels[name] = np.where(bare, np.nan, full) if name in MEASURED else full
         found.append(replace(record, t=times, channels=channels, valid={}))
     return found
+
+
+def beside_lost(record: JointRecord) -> Mask:
+    """Samples whose position is lost, and those beside them."""
+    lost = ~np.isfinite(record["position"])
+    beside = lost.copy()
+    beside[1:] |= lost[:-1]
+    beside[:-1] |= lost[1:]
+    return beside

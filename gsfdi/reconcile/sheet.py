@@ -8,6 +8,7 @@ import numpy as np
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
+from gsfdi.reconcile.gaps import beside_lost
 from gsfdi.types import Array, JointRecord, Mask
 
 
@@ -92,20 +93,16 @@ def sheet_of(
     effort = record[record.effort]
     keep = np.isfinite(effort) & good & np.isfinite(error) & np.isfinite(rate) & (t + late <= t[-1])
     parts = {name: values[keep] for name, values in parts.items()}
-    unheld = np.abs(effort[keep]) >= 0.999 * law.limit
-    if "setpoint_rate" not in record:
-        unheld |= beside_lost(record)[keep]
+    unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record)[keep]
     braking = -law.derivative * velocity[keep]
     return Sheet(t[keep], effort[keep], parts, unheld, np.nan_to_num(growth[keep]), rate[keep], braking)
 
 
-def beside_lost(record: JointRecord) -> Mask:
-    """Samples that are lost or beside a lost one, where the setpoint's slope is no rate."""
-    lost = ~np.isfinite(record["position"])
-    beside = lost.copy()
-    beside[1:] |= lost[:-1]
-    beside[:-1] |= lost[1:]
-    return beside
+def unrated(record: JointRecord) -> Mask:
+    """Samples at which nobody knows the setpoint's rate: beside lost ones, unless the rate itself is logged."""
+    if "setpoint_rate" in record:
+        return np.zeros(len(record.t), dtype=np.bool_)
+    return beside_lost(record)
 
 
 def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
