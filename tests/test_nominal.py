@@ -13,7 +13,8 @@ from gsfdi.directions import DIRECTIONS, library
 from gsfdi.healthy import BY_KEY
 from gsfdi.model import Plant
 from gsfdi.nominal import Nominal, entries, filtered, loudness, observer, score, screen, watch
-from gsfdi.observer import LANES
+from gsfdi.nominal.observing import GATE
+from gsfdi.observer import LANES, innovations
 
 FRICTION = {"coulomb_friction:motor": 3.0, "viscous_friction:motor": 20.0}
 NOMINALS = {
@@ -72,10 +73,22 @@ def test_the_observer_forgets_what_a_stick_did_to_it() -> None:
     seen = filtered(known, run, next(parts_of(batch, known, 0)), BY_KEY)
     assert (seen.age[~seen.free] == 0).all()
     assert (seen.live[seen.age < run.settled] == 0).all()
-    square = np.einsum("ki,ij,kj->k", seen.e, run.weight, seen.e)
-    after = (seen.live > 0) & (seen.age < 2 * run.settled)
-    assert square[after].mean() < 2.0 * square[seen.age > 300].mean()
-    assert square[seen.age == 1].mean() > 10.0 * square[after].mean()  # or this test would show nothing
+    after, since = (seen.live > 0) & (seen.age < 2 * run.settled), np.arange(len(seen.u))
+    start = np.array([seen.y[0, 0], np.median(seen.rough.speed[:5]), 0.0, 0.0])
+    mindful, _, _ = innovations(*run[:-1], GATE, seen.y, seen.u, seen.torque, since, start)
+    usual, forgot, kept = (
+        np.einsum("ki,ij,kj->k", e[some], run.weight, e[some]).mean()
+        for e, some in ((seen.e, seen.age > 300), (seen.e, after), (mindful, after))
+    )
+    assert forgot < 2.0 * usual
+    assert kept > 4.0 * forgot  # or this test would show nothing
+
+
+def test_what_a_friction_held_is_learnt_from_two_samples_however_small_the_noise() -> None:
+    fine = Nominal(Plant(output_inertia=95.0), "drive_torque", "", 1e-3, noise=(1e-8, 1e-8), unrest=0.1)
+    rough = replace(fine, terms={"coulomb_friction:motor": 20.0})
+    assert observer(fine).gains[1, 1, 0] * fine.step < 0.7
+    assert observer(rough).gains[1, 1, 0] * fine.step > 0.9
 
 
 def test_a_lone_value_makes_a_slab_infinitely_loud() -> None:

@@ -43,6 +43,8 @@ def observer(nominal: Nominal) -> Filter:
         P[2, 2] += (10.0 * np.abs(joint.effort[1] * nominal.unrest / joint.A[1, 2])) ** 2
     if nominal.velocity == "motor_velocity":
         P[1, 1] /= nominal.plant.gear_ratio**2
+    dry = nominal.terms.get("coulomb_friction:motor", 0.0) * (Bt0 + Bt1)[:, 0]
+    P += np.outer(dry, dry)  # what a friction that held does in a step, however small the noise
     gains, S = riccati(Ad, C, Q + 1e-18 * np.diag(np.diag(P)), R, P, START_UP)
     steady = np.linalg.inv(S[-1])
     excess = np.einsum("kij,ji->k", S, steady) / len(C)
