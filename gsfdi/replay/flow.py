@@ -3,8 +3,10 @@
 from gsfdi.replay import layout as at
 from gsfdi.replay.compiling import compiled, inlined
 
-TAYLOR = 14
-"""Terms of the exponential's series: exact to rounding for arguments below one half."""
+TAYLOR = 12
+"""Terms of the exponential's series: exact to rounding for arguments below one quarter."""
+SHARES = tuple(1.0 / (k + 1) for k in range(TAYLOR + 1))
+"""What the integral of each term is of it, times the step."""
 
 
 @compiled
@@ -33,26 +35,33 @@ def series(model, era, powers):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def transition(model, era, powers, h, flow, which):  # type: ignore[no-untyped-def]
-    """Fill ``flow[which] = [Φ(h), Γ(h)]`` (4, 6) by Horner's rule over the series."""
+def transitions(model, era, powers, half, flow, first):  # type: ignore[no-untyped-def]
+    """Fill ``flow[first] = [Φ(h/2), Γ(h/2)]`` (4, 6) by Horner's rule over the series, the next with those of h."""
+    next_one = first + 1
     for i in range(4):
+        flow[first, i, 0] = 1.0 if i == 0 else 0.0  # A has nothing in its first column
         held_motor, held_output = 0.0, 0.0
-        for j in range(4):
-            phi, held = powers[TAYLOR, i, j], powers[TAYLOR, i, j] / (TAYLOR + 1)
-            for k in range(TAYLOR - 1, -1, -1):
-                phi = phi * h + powers[k, i, j]
-                held = held * h + powers[k, i, j] / (k + 1)
-            flow[which, i, j] = phi
-            if j == 1:
-                held_motor = held * h
-            elif j == 3:
-                held_output = held * h
+        for j in range(1, 4):
+            phi = 0.0
+            for k in range(TAYLOR, -1, -1):
+                phi = phi * half + powers[k, i, j]
+            flow[first, i, j] = phi
+        for k in range(TAYLOR, -1, -1):
+            held_motor = held_motor * half + powers[k, i, 1] * SHARES[k]
+            held_output = held_output * half + powers[k, i, 3] * SHARES[k]
+        held_motor, held_output = held_motor * half, held_output * half
         if model[at.RIGID] > 0:
-            flow[which, i, 4] = held_motor / model[era + at.INERTIA_OUTPUT]
-            flow[which, i, 5] = flow[which, i, 4]
+            flow[first, i, 4] = held_motor / model[era + at.INERTIA_OUTPUT]
+            flow[first, i, 5] = flow[first, i, 4]
         else:
-            flow[which, i, 4] = (held_motor - held_output) / model[era + at.INERTIA_MOTOR]
-            flow[which, i, 5] = held_output / model[era + at.INERTIA_OUTPUT]
+            flow[first, i, 4] = (held_motor - held_output) / model[era + at.INERTIA_MOTOR]
+            flow[first, i, 5] = held_output / model[era + at.INERTIA_OUTPUT]
+    for i in range(4):
+        for j in range(6):
+            twice = flow[first, i, j] if j > 3 else 0.0
+            for n in range(4):
+                twice += flow[first, i, n] * flow[first, n, j]
+            flow[next_one, i, j] = twice
 
 
 @inlined

@@ -11,7 +11,7 @@ import math
 from gsfdi import motion
 from gsfdi.replay import layout as at
 from gsfdi.replay.compiling import compiled, inlined
-from gsfdi.replay.flow import advance, transition
+from gsfdi.replay.flow import advance, transitions
 from gsfdi.replay.friction import STICKS, TURNS, dry_range, stop_dry
 from gsfdi.replay.laws import any_in, mapped, product, see, total
 
@@ -38,8 +38,7 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
         count = min(max(4.0 if delayed else 1.0, math.ceil(span / longest - 1e-9)), float(MOST_SUBSTEPS))
         h = span / count
         if abs(h - v[at.FITTED, 0]) > 1e-8 * h:
-            transition(model, era, powers, 0.5 * h, flow, 0)
-            transition(model, era, powers, h, flow, 1)
+            transitions(model, era, powers, 0.5 * h, flow, 0)
             v[at.FITTED, 0], v[at.FITTED, 3] = h, 0.0
         v[at.FITTED, 1], v[at.FITTED, 2] = span, count
     count, h = int(v[at.FITTED, 2]), v[at.FITTED, 0]
@@ -62,8 +61,7 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
                 undo(v, states)
                 parts, done = PARTS, 0
                 if v[at.FITTED, 3] == 0.0:
-                    transition(model, era, powers, 0.5 * h / PARTS, flow, 2)
-                    transition(model, era, powers, h / PARTS, flow, 3)
+                    transitions(model, era, powers, 0.5 * h / PARTS, flow, 2)
                     v[at.FITTED, 3] = 1.0
 
 
