@@ -121,8 +121,8 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
         rest = held.energy - slope**2 * info
         spread = float(np.sqrt(rest / held.samples / info))
         found.append(scaled(term, slope, held.gain(rest), 1 - rest / held.energy, spread))
-    if not taken & {"current_bias", "current_limit"} and len(held.sheets) == 1:
-        found += _step(held)
+    if not taken & {"current_bias", "current_limit"} and len({(r.source, r.t0_ns) for r in held.log.records}) == 1:
+        found += _steps(held)
     if "timestamp_latency" not in taken:
         found.append(_late(held))
     if "current_limit" not in taken:
@@ -130,21 +130,25 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
     return found
 
 
-def _step(held: Held) -> list[LawFinding]:
-    """A bias of the effort's sensor that sets in."""
-    misfit = held.off[0]
-    total = np.cumsum(misfit)
-    n = len(misfit)
-    k = np.arange(20, n - 20)
-    if len(k) == 0:
-        return []
-    size = (total[-1] - total[k]) / (n - 1 - k) - total[k] / (k + 1)
-    info = (k + 1) * (n - 1 - k) / n
-    best = int(np.argmax(size**2 * info))
-    rest = held.energy - float(size[best] ** 2 * info[best])
-    onset, spread = float(held.sheets[0].t[k[best] + 1]), float(np.sqrt(rest / n / info[best]))
-    gain = held.gain(rest) - float(np.log(n))
-    return [LawFinding("current_bias", {"bias_a": float(size[best])}, onset, gain, 1 - rest / held.energy, spread)]
+def _steps(held: Held) -> list[LawFinding]:
+    """A bias of the effort's sensor that sets in, by stretch of the recording: each begins at a level of its own."""
+    found = []
+    for sheet, misfit in zip(held.sheets, held.off, strict=True):
+        total = np.cumsum(misfit)
+        n = len(misfit)
+        k = np.arange(20, n - 20)
+        if len(k) == 0:
+            continue
+        size = (total[-1] - total[k]) / (n - 1 - k) - total[k] / (k + 1)
+        info = (k + 1) * (n - 1 - k) / n
+        best = int(np.argmax(size**2 * info))
+        rest = held.energy - float(size[best] ** 2 * info[best])
+        onset, spread = float(sheet.t[k[best] + 1]), float(np.sqrt(rest / held.samples / info[best]))
+        gain = held.gain(rest) - float(np.log(held.samples))
+        found.append(
+            LawFinding("current_bias", {"bias_a": float(size[best])}, onset, gain, 1 - rest / held.energy, spread)
+        )
+    return found
 
 
 def _late(held: Held) -> LawFinding:
