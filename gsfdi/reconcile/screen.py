@@ -28,6 +28,8 @@ SHORT = 0.5
 ONSETS = 40
 EARLIEST = 0.03
 """Share of the recording before which nothing sets in that was not there all along, nor after it from the end."""
+ONCE = 0.5
+"""Share of what the largest step explains that one at another moment may explain."""
 ONSET_COST = 5.0
 """Log-likelihood that an onset must gain beyond the same term from the start."""
 
@@ -123,7 +125,8 @@ def tails(signatures: Array, J: Array, residual: Array, begins: Sequence[int] | 
 def stepped(hand: Round, offer: Offer) -> Entry | None:
     """Find the moment at which a constant added to the position would explain most, by a matched filter.
 
-    An observer soon follows a biased sensor, so that only the step shows, and it looks alike wherever it is.
+    An observer soon follows a biased sensor, so that only the step shows, and it looks alike wherever it is. A bias
+    steps once: what looks like a step at other moments as well is something else.
     """
     stand, width = hand.stand, len(hand.stand.system.rows)
     trial = offer.columns[0]["bias_rad"]
@@ -136,13 +139,29 @@ def stepped(hand: Round, offer: Offer) -> Entry | None:
         shape = hand.tools[i](answer)[0, width * (n // 2) :]
         residual = hand.fitted.residual[start : start + width * n]
         start += width * n
-        score = np.asarray(fftconvolve(residual, shape[::-1]))[len(shape) - 1 :: width][: n - n // 4]
-        k, power = int(np.argmax(np.abs(score))), float(shape @ shape)
-        c = np.array([score[k] / power])
-        entry = Entry(offer, float(record.t[k]), c, float(0.5 * score[k] ** 2 / power))
-        if power > 0 and offer.mix(c) is not None and (best is None or entry.linear > best.linear):
+        found = matched(residual, shape, width, n)
+        if found is None:
+            continue
+        k, size, gain = found
+        entry = Entry(offer, float(record.t[k]), np.array([size]), gain)
+        if offer.mix(entry.coefficients) is not None and (best is None or entry.linear > best.linear):
             best = entry
     return best
+
+
+def matched(residual: Array, shape: Array, width: int, n: int) -> tuple[int, float, float] | None:
+    """Find where in `residual` the answer `shape` stands, how large it is, and what log-likelihood it gains.
+
+    Both hold `width` innovations for each of the `n` samples. None where it stands elsewhere nearly as well.
+    """
+    score = np.asarray(fftconvolve(residual, shape[::-1]))[len(shape) - 1 :: width]
+    shown = np.cumsum(shape**2)[np.minimum(width * np.arange(n, 0, -1), len(shape)) - 1]
+    gains = 0.5 * score**2 / np.maximum(shown, 1e-300) * (shown > 0.5 * shown[0])  # at the end it hardly shows yet
+    k, lasts = int(np.argmax(gains)), int(np.searchsorted(shown[::-1], 0.99 * shown[0]))
+    elsewhere = np.concatenate([gains[: max(k - lasts, 0)], gains[k + lasts :]])
+    if not gains[k] > 0 or np.max(elsewhere, initial=0.0) > ONCE * gains[k]:
+        return None
+    return k, float(score[k] / shown[k]), float(gains[k])
 
 
 def may_set_in(offer: Offer) -> bool:
