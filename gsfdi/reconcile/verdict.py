@@ -18,6 +18,8 @@ PARTLY = 0.6
 """Share of the mismatch that may remain when what was found is worth a name."""
 MATERIAL = 0.01
 """Share of the drive's torque below which a mismatch without a name is not worth reporting."""
+NOISY = 3.0
+"""How many times the torque noise that is known to be there may remain: what is found is told in such steps."""
 AS_MUCH = 2.0
 """What may remain, over what a simulated twin leaves, before a mismatch is seen in it."""
 APART = 0.03
@@ -43,7 +45,8 @@ def left_of(case: Case) -> float:
 def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) -> Outcome:
     """Draw the verdict from what was named and what remains."""
     remains, known = (float(np.linalg.norm(t)) / case.stand.scales.torque for t in (case.hand.torque, case.floor))
-    material = remains > max(MATERIAL, 3 * known)
+    near_noise = remains <= NOISY * known
+    material = remains > MATERIAL and not near_noise
     if not entries:
         if material and remains > AS_MUCH * left_by_twin(case.first, case.nominal):
             return "unexplained"
@@ -55,6 +58,6 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
         # a motor whose constant changes twice has another law than any of these, and so has a joint in which one
         # thing after another sets in within one recording
         return "partly_explained"
-    if left <= REMAINS or remains <= 2 * known or not (case.found or material):
+    if left <= REMAINS or near_noise or not (case.found or material):
         return "explained"
     return "partly_explained" if left < PARTLY else "unexplained"
