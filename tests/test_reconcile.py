@@ -1,6 +1,7 @@
 """Reconciling recordings that the simulator made: the engine on its own ground, where every number is known."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,11 +12,14 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.compete import opening
+from gsfdi.reconcile.compete import FEWEST, MATERIAL, opening, share_to_try
+from gsfdi.reconcile.dating import middle
 from gsfdi.reconcile.judge import Name, Rival, least_share
 from gsfdi.reconcile.law import check_law
+from gsfdi.reconcile.offer import SHARE
+from gsfdi.reconcile.screen import matched
 from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.window import typical_window
+from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
@@ -113,6 +117,58 @@ def test_a_step_of_the_position_sensor_is_found_where_it_is() -> None:
     assert (entry["term"], entry["component"]) == ("position_bias", "sensor")
     assert entry["onset_s"] == pytest.approx(12.0, abs=0.1)
     assert entry["parameters"]["bias_rad"]["value"] == pytest.approx(5e-4, rel=0.05)
+
+
+def test_a_step_is_matched_however_late_and_only_where_it_is_alone() -> None:
+    rng = np.random.default_rng(4)
+    shape, noise = 3.0 * 0.8 ** np.arange(500.0), 0.1 * rng.standard_normal(1000)
+    late = noise.copy()
+    late[940:] += 2.0 * shape[:60]
+    found = matched(late, shape, 1, 1000)
+    assert found is not None
+    assert found[0] == 940
+    assert found[1] == pytest.approx(2.0, rel=0.05)
+    late[200:700] += 2.0 * shape
+    assert matched(late, shape, 1, 1000) is None
+
+
+def test_no_part_is_kept_for_judging_in_which_something_seems_to_set_in() -> None:
+    stand = bench([recorded(NOMINAL)], NOMINAL)
+    load = TermUse("constant_load", {"torque_nm": 0.1})
+    assert dating_window(stand, [load, replace(load, onset=0.4 * stand.scales.seconds)]) == stand.window
+    low, high = dating_window(stand, [replace(load, onset=0.71 * stand.scales.seconds)])
+    assert not low < 0.71 < high
+
+
+def test_an_onset_that_may_be_anywhere_in_a_rest_is_put_into_its_middle() -> None:
+    bare = replace(NOMINAL, physics=(TermUse("viscous_friction", {"coefficient_nms_rad": 1.0}, None, 10.5),))
+
+    def misfit(models: list[JointModel]) -> np.ndarray:
+        onsets = np.array([model.physics[0].onset for model in models], dtype=np.float64)
+        return 10.0 * np.maximum(np.abs(onsets - 14.0) - 4.0, 0.0)[:, None]
+
+    hand = SimpleNamespace(
+        misfit=misfit, fitted=SimpleNamespace(model=bare), stand=SimpleNamespace(scales=SimpleNamespace(seconds=60.0))
+    )
+    assert middle(hand, 0, 10.5) == pytest.approx(14.0, abs=0.5)  # type: ignore[arg-type]
+
+
+def test_a_current_bias_is_dated_although_the_recording_has_a_gap() -> None:
+    whole = recorded(replace(NOMINAL, physics=(TermUse("current_bias", {"bias_a": 0.05}, None, 9.0),)))
+    keep = (whole.t < 14.0) | (whole.t > 20.0)
+    torn = replace(whole, t=whole.t[keep], channels={k: whole[k][keep] for k in whole.channels}, valid={})
+    found = check_law(bench([torn], NOMINAL).records, NOMINAL)
+    assert found is not None
+    (bias,) = found.findings
+    assert bias.term == "current_bias"
+    assert bias.onset == pytest.approx(9.0, abs=0.05)
+    assert bias.values["bias_a"] == pytest.approx(0.05, rel=0.05)
+
+
+def test_terms_are_tried_at_the_size_of_what_is_missing() -> None:
+    quiet = opening(bench([recorded(NOMINAL)], NOMINAL), NOMINAL, 0.0)
+    loud = opening(bench([recorded(replace(NOMINAL, physics=COULOMB))], NOMINAL), NOMINAL, 0.0)
+    assert FEWEST * MATERIAL <= share_to_try(quiet) < share_to_try(loud) <= SHARE
 
 
 def test_what_the_library_lacks_is_not_explained_away() -> None:

@@ -20,14 +20,14 @@ from gsfdi.reconcile.doubted import estimated, moot_terms
 from gsfdi.reconcile.hand import Round, from_below, is_sensor, lay_out, likelier, settle, started, with_term
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
-from gsfdi.reconcile.offer import Offer, offers
+from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset, refit, screen
 from gsfdi.reconcile.smallest import Smallest, smallest
 from gsfdi.reconcile.surplus import lowered
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.waves import worthy_orders
-from gsfdi.reconcile.window import typical_window
+from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.types import Array
 
 FINALISTS = 8
@@ -41,6 +41,12 @@ MATERIAL = 2e-4
 """Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
 TRIVIAL = 0.02
 """Share of the missing torque below which no further term is looked for."""
+TRIED = 3.0
+"""Times the torque that is missing at which a term is tried."""
+FEWEST = 5.0
+"""Times the least torque worth a name at which a term is tried at least."""
+SLIP = 3.0
+"""Times the noise of the position by which a joint may slip without that being seen."""
 CHANCE = 0.005
 """Probability that chance alone makes one of all offers a winner."""
 UNPROMISED = 4.0
@@ -85,24 +91,45 @@ def compete(
         The model with every term that won.
     list of Contest
     """
-    floor = effort_floor(stand)
     shelf_terms = {name: term for name, term in shelf_terms.items() if name not in moot_terms(model)}
-    model = estimated(stand, model, floor)
+    model = estimated(stand, model, effort_floor(stand))
     if level > 0:
         shelf_terms = beside_the_law(shelf_terms)
     first = opening(stand, model, level)
     window = typical_window(stand, first.innovations)
     if window != stand.window:
-        stand = replace(stand, window=window)
-        first = opening(stand, model, level)
-    hand = first
+        first = opening(replace(stand, window=window), model, level)
+    first, hand, contests = rounds(first, shelf_terms, len(model.physics), most)
+    window = dating_window(first.stand, hand.fitted.model.physics[len(model.physics) :])
+    if window != first.stand.window:
+        first = opening(replace(stand, window=window), model, level)
+        return rounds(first, shelf_terms, len(model.physics), most)
+    return first, hand, contests
+
+
+def rounds(
+    first: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int, most: int
+) -> tuple[Round, Round, list[Contest]]:
+    """Hold contest after contest until chance explains the best of what is left; for the rest see `compete`.
+
+    Parameters
+    ----------
+    first : Round
+        Parameters only.
+    shelf_terms : mapping of str to PhysicsTerm
+    given : int
+        Terms of the nominal model.
+    most : int
+        Terms that may join at most.
+    """
+    floor, hand = effort_floor(first.stand), first
     contests: list[Contest] = []
     while True:
-        contest, settled = contend(hand, shelf_terms, floor, len(model.physics))
+        contest, settled = contend(hand, shelf_terms, floor, given)
         contests.append(contest)
         if settled is None:
             return first, hand, contests
-        hand = simplified(settled, len(model.physics))
+        hand = simplified(settled, given)
         if len(contests) >= most or missing(hand, floor) < TRIVIAL * missing(first, floor):
             return first, hand, contests
 
@@ -168,12 +195,19 @@ def _sets_in(hand: Round, place: int) -> bool:
 
 
 def without(hand: Round, place: int) -> Fitted:
-    """Refit the model in hand without the term at `place`."""
-    fitted = hand.fitted
+    """Refit the model in hand without the term at `place`; the same term on the other side may set in for both."""
+    fitted, gone = hand.fitted, hand.fitted.model.physics[place]
     model = replace(fitted.model, physics=(*fitted.model.physics[:place], *fitted.model.physics[place + 1 :]))
     keep = [i for i, k in enumerate(fitted.knobs) if k.place != place]
     knobs = [replace(fitted.knobs[i], place=fitted.knobs[i].place - (fitted.knobs[i].place > place)) for i in keep]
-    return fit_knobs(hand.misfit, model, knobs, 3, fitted.jacobian[:, keep])
+    known = fitted.jacobian[:, keep]
+    alone = fit_knobs(hand.misfit, model, knobs, 3, known)
+    for i, use in enumerate(model.physics):
+        if use.term == gone.term and use.onset is not None and gone.onset is not None:
+            alone = refined_onset(
+                hand, fit_knobs(hand.misfit, alone.model, knobs, 6), i, abs(use.onset - gone.onset), known
+            )
+    return alone
 
 
 def always(hand: Round, place: int) -> Fitted:
@@ -290,10 +324,12 @@ def settled_onset(hand: Round, floor: Array) -> Round:
 def matters(hand: Round, entry: Entry) -> bool:
     """Whether a fitted term is large enough for a name: a torque must be, an error of what is seen need only be sure.
 
-    An error of the current is as good as a torque.
+    An error of the current is as good as a torque; a step of the position that noise hides, as good as a slip.
     """
     if entry.fitted is None:
         return False
+    if entry.offer.term == "position_bias":
+        return abs(entry.fitted.model.physics[-1].values["bias_rad"]) > SLIP * hand.stand.scales.noise
     if is_sensor(entry.offer.term) and not entry.offer.term.startswith("current_"):
         return True
     model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
@@ -322,6 +358,15 @@ def distinct(entries: Sequence[Entry], most: int) -> list[Entry]:
     return list(seen.values())[:most]
 
 
+def share_to_try(hand: Round) -> float:
+    """Share of what is usual at which terms are tried: no farther above what is missing than the plant may hide.
+
+    Where a joint sticks, a friction far larger than the true one moves every stop, and its signature is that.
+    """
+    missing_share = float(np.linalg.norm(hand.torque)) / hand.stand.scales.torque
+    return float(np.clip(TRIED * missing_share, FEWEST * MATERIAL, SHARE))
+
+
 def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) -> list[Offer]:
     """Every offer of every term that could act in this joint, show beside its recorded effort, and is not there yet."""
     stand = hand.stand
@@ -330,7 +375,7 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) 
         offer
         for term in shelf_terms.values()
         if stand.model.structure in term.structures and stand.model.axis in term.axes
-        for offer in offers(term, stand.scales, orders)
+        for offer in offers(term, stand.scales, orders, share_to_try(hand))
     ]
     if stand.model.structure == "rigid":
         found = [replace(o, side=None) for o in found if o.side != "motor"]

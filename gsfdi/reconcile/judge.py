@@ -9,6 +9,7 @@ from gsfdi.fit import Fitted
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import KNOB_COST, Contest, missing, size_of, without
+from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed
 from gsfdi.reconcile.hand import Round, is_sensor, lay_out, with_term
 from gsfdi.reconcile.knobs import plausible, term_knobs
@@ -183,7 +184,7 @@ def names(
     shelf_terms : mapping of str to PhysicsTerm
         The library.
     """
-    hand = pruned(hand, given, shelf_terms)
+    hand = dated(pruned(hand, given, shelf_terms), given)
     found: list[Name] = []
     place = given
     swaps = 0

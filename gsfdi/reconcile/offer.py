@@ -22,10 +22,10 @@ Values = Mapping[str, float]
 Mix = Callable[[Array], Values | None]
 Form = tuple[tuple[Values, ...], Mix]
 """Columns of an offer, and how they mix."""
-OFF = 0.02
+OFF = 0.05
 """How far off 1 a ratio to what is nominal is tried."""
 SHARE = 0.1
-"""Share of what is usual in its unit at which any other number that sizes a term is tried."""
+"""Share of what is usual in its unit at which any other number that sizes a term is tried, at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,9 @@ class Offer:
         return TermUse(self.term, dict(values), self.side, onset)
 
 
-def offers(term: PhysicsTerm, scales: Scales, orders: Mapping[str, Sequence[float]]) -> Iterator[Offer]:
+def offers(
+    term: PhysicsTerm, scales: Scales, orders: Mapping[str, Sequence[float]], share: float = SHARE
+) -> Iterator[Offer]:
     """Every form in which `term` is to be tried.
 
     Parameters
@@ -67,13 +69,15 @@ def offers(term: PhysicsTerm, scales: Scales, orders: Mapping[str, Sequence[floa
     scales : Scales
     orders : mapping of str to sequence of float
         Orders worth trying for the terms that are waves.
+    share : float
+        Share of what is usual at which a number that sizes the term is tried.
     """
     for side in term.sides or (None,):
-        for columns, mix in _forms(term, scales, orders.get(term.name, ())):
+        for columns, mix in _forms(term, scales, orders.get(term.name, ()), share):
             yield Offer(term.name, side, columns, mix, sudden=term.sudden)
 
 
-def _forms(term: PhysicsTerm, scales: Scales, orders: Sequence[float]) -> Iterator[Form]:
+def _forms(term: PhysicsTerm, scales: Scales, orders: Sequence[float], share: float) -> Iterator[Form]:
     """Columns and mix for every point of the grid on which the numbers stand that enter non-linearly."""
     trials = {param.name: param.trials(scales) for param in term.params if param.trials is not None}
     if not all(trials.values()):
@@ -82,14 +86,17 @@ def _forms(term: PhysicsTerm, scales: Scales, orders: Sequence[float]) -> Iterat
         trials[term.order.name] = orders
     ends = {param.name: trials.pop(param.name) for param in term.params if param.kind == "arm"}
     size = next((p for p in term.params if p.neutral is not None and p.trials is None), None)
+    small = {param.name: _small(param, scales, share) for param in term.params if param is size or param.linear}
     for point in itertools.product(*trials.values()):
         shape = dict(zip(trials, point, strict=True))
-        yield _inverse(shape) if size is None else _sized(term, size, scales, shape, ends)
+        yield _inverse(shape) if size is None else _sized(term, size, small, shape, ends, share)
 
 
-def _sized(term: PhysicsTerm, size: Param, scales: Scales, shape: Values, ends: Mapping[str, Sequence[float]]) -> Form:
+def _sized(
+    term: PhysicsTerm, size: Param, small: Values, shape: Values, ends: Mapping[str, Sequence[float]], share: float
+) -> Form:
     """Columns and mix of a term that one of its numbers sizes, the others having or not having a `shape`."""
-    value = _small(size, scales)
+    value = small[size.name]
     phase = next((p.name for p in term.params if p.kind == "angle" and p.name not in shape), None)
     if phase is not None:
         return _waves({size.name: value, **shape}, size.name, phase)
@@ -98,20 +105,19 @@ def _sized(term: PhysicsTerm, size: Param, scales: Scales, shape: Values, ends: 
         return _lever({size.name: value, **shape}, size.name, arm, (low, high))
     beside = next((p for p in term.params if p.linear and p is not size), None)
     if beside is not None:
-        return _two({size.name: value}, {beside.name: _small(beside, scales)})
+        return _two({size.name: value}, {beside.name: small[beside.name]})
     followers = [p.name for p in term.params if p.kind == "follower"]
     if followers:
-        share = value / scales.of(size.unit)
         grown = {name: shape[name] * share for name in followers}
         return _grown({**shape, **grown, size.name: value}, (*followers, size.name))
     return _along({**shape, size.name: value}, size)
 
 
-def _small(size: Param, scales: Scales) -> float:
+def _small(size: Param, scales: Scales, share: float) -> float:
     """Value at which a number that sizes a term is tried."""
     if size.size is not None:
         return size.size(scales)
-    return 1.0 + OFF if size.neutral == 1.0 else SHARE * scales.of(size.unit)
+    return 1.0 + OFF if size.neutral == 1.0 else share * scales.of(size.unit)
 
 
 def _along(trial: Values, size: Param) -> Form:

@@ -4,11 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gsfdi.model import TermUse
 from gsfdi.reconcile.bench import HOLD_OUT, Bench
 from gsfdi.types import Array
 
 WINDOWS = (HOLD_OUT, (0.52, 0.70), (0.34, 0.52), (0.16, 0.34))
 """Parts that may be kept: the first whose misfit is like the rest's, so that what acts there acts elsewhere, too."""
+BESIDE = 0.05
+"""Share of the time beside a part within which what sets in may in truth set in there."""
 USUAL = 0.4
 """Share of the misfit up to which a part of 0.18 of the time is like the rest."""
 
@@ -31,3 +34,16 @@ def typical_window(stand: Bench, innovations: Sequence[Array]) -> tuple[float, f
     whole = float(energy[t > 0.02].sum()) or 1.0
     shares = [float(energy[(t >= low) & (t < high)].sum()) / whole for low, high in WINDOWS]
     return next((w for w, share in zip(WINDOWS, shares, strict=True) if share < USUAL), WINDOWS[int(np.argmin(shares))])
+
+
+def dating_window(stand: Bench, uses: Sequence[TermUse]) -> tuple[float, float]:
+    """Choose the part to keep where one of the `uses` seems to set in within it or beside it, and so cannot be dated.
+
+    Another part, the first in which nothing seems to set in, is better kept then; if there is none, it stays.
+    """
+    begun = [use.onset / stand.scales.seconds for use in uses if use.onset is not None]
+
+    def dates(window: tuple[float, float]) -> bool:
+        return not any(window[0] - BESIDE < share < window[1] + BESIDE for share in begun)
+
+    return next((window for window in (stand.window, *WINDOWS) if dates(window)), stand.window)

@@ -1,0 +1,49 @@
+"""When something set in, where the recording leaves it open: a joint that rests does not show it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from gsfdi.fit import Knob
+from gsfdi.reconcile.hand import Round, lay_out
+from gsfdi.reconcile.turning import fit_knobs
+
+OPEN = 2.0
+"""Log-likelihood within which one moment is as good as another."""
+MOMENTS = 61
+"""Moments tried, evenly over the recording."""
+
+
+def dated(hand: Round, given: int) -> Round:
+    """Put every onset into the middle of the time in which it may be.
+
+    Parameters
+    ----------
+    hand : Round
+        The model in hand and its fit.
+    given : int
+        Terms of the nominal model, which are there from the start.
+    """
+    for place in range(given, len(hand.fitted.model.physics)):
+        use = hand.fitted.model.physics[place]
+        if use.onset is None or hand.stand.count > 1:
+            continue
+        onset = middle(hand, place, use.onset)
+        if onset != use.onset:
+            model = Knob(place, "onset", 1.0, 0.0, np.inf).turn(hand.fitted.model, onset)
+            hand = replace(
+                lay_out(hand.stand, hand.tools, fit_knobs(hand.misfit, model, hand.fitted.knobs, 2)), torque=hand.torque
+            )
+    return hand
+
+
+def middle(hand: Round, place: int, onset: float) -> float:
+    """Middle of the moments around `onset` [s] at which the term at `place` might as well have set in."""
+    knob = Knob(place, "onset", 1.0, 0.0, np.inf)
+    moments = np.unique([*np.linspace(0.0, hand.stand.scales.seconds, MOMENTS)[1:-1], onset])
+    costs = 0.5 * np.sum(hand.misfit([knob.turn(hand.fitted.model, moment) for moment in moments]) ** 2, axis=1)
+    now = int(np.searchsorted(moments, onset))
+    closed = np.flatnonzero(~(costs < costs[now] + OPEN))
+    first = max(closed[closed < now], default=-1) + 1
+    last = min(closed[closed > now], default=len(moments)) - 1
+    return float(onset if first == last else 0.5 * (moments[first] + moments[last]))
