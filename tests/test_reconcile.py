@@ -166,9 +166,12 @@ def test_a_current_bias_is_dated_although_the_recording_has_a_gap() -> None:
 
 
 def test_terms_are_tried_at_the_size_of_what_is_missing() -> None:
-    quiet = opening(bench([recorded(NOMINAL)], NOMINAL), NOMINAL, 0.0)
-    loud = opening(bench([recorded(replace(NOMINAL, physics=COULOMB))], NOMINAL), NOMINAL, 0.0)
-    assert FEWEST * MATERIAL <= share_to_try(quiet) < share_to_try(loud) <= SHARE
+    hand = opening(bench([recorded(NOMINAL)], NOMINAL), NOMINAL, 0.0)
+    drive = hand.stand.scales.torque
+    shares = [share_to_try(replace(hand, torque=np.array([share * drive]))) for share in (0.0, 0.01, 0.02, 10.0)]
+    assert shares[0] == FEWEST * MATERIAL
+    assert shares[2] == pytest.approx(2 * shares[1])
+    assert shares[3] == SHARE
 
 
 def test_what_the_library_lacks_is_not_explained_away() -> None:
