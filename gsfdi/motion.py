@@ -99,7 +99,7 @@ class Param:
         size · (1 + arm x), which two trials span. A ``follower`` grows with the size; its trials belong to a full one.
     size : callable or None
         On a motion, value to try of the number that sizes the term, the first that has a `neutral` and no `trials`;
-        without it, 2 % off a `neutral` of 1, or a tenth of what is usual in its unit.
+        without it, 5 % off a `neutral` of 1, or at most a tenth of what is usual in its unit.
     trials : callable or None
         On a motion, values to try of a number that does not enter in proportion; none where the term cannot show.
     plausible : callable or None

@@ -14,7 +14,7 @@ from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.compete import FEWEST, MATERIAL, opening, share_to_try
 from gsfdi.reconcile.dating import middle
-from gsfdi.reconcile.judge import Name, Rival, least_share
+from gsfdi.reconcile.judge import Name, Rival, is_nothing, least_share
 from gsfdi.reconcile.law import check_law
 from gsfdi.reconcile.offer import SHARE
 from gsfdi.reconcile.screen import matched
@@ -318,6 +318,13 @@ def test_a_term_on_the_other_side_is_the_same_name() -> None:
     assert name.close == ("coulomb_friction",)
     assert name.is_on_either_side
     assert not Name(motor, 0.9, 1.0, {}, likes[1:]).is_on_either_side
+
+
+def test_a_number_that_may_be_as_the_model_has_it_is_no_name() -> None:
+    term = shelf("gsfdi.terms", PhysicsTerm)["output_inertia_change"]
+    use = TermUse("output_inertia_change", {"ratio": 1.001}, None, 9.0)
+    assert is_nothing(Name(use, 1.0, 1.0, {"ratio": (0.998, 1.004)}, ()), term)
+    assert not is_nothing(Name(use, 1.0, 1.0, {"ratio": (1.0005, 1.0015)}, ()), term)
 
 
 def test_a_stop_that_is_met_once_is_named() -> None:

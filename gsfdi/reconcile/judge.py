@@ -218,7 +218,21 @@ def names(
         found.append(Name(use, float(weights[0] + sum(same)), 0.0, {}, others))
         place += 1
     hand = freed(hand)
-    return hand, _with_intervals(hand, given, found)
+    found = _with_intervals(hand, given, found)
+    nothing = [given + i for i, name in enumerate(found) if is_nothing(name, shelf_terms[name.use.term])]
+    if not nothing:
+        return hand, found
+    bare = replace(lay_out(hand.stand, hand.tools, without(hand, nothing[0])), torque=hand.torque)
+    return names(bare, given, contests, shelf_terms)
+
+
+def is_nothing(name: Name, term: PhysicsTerm) -> bool:
+    """Whether the only number of a term may as well be what it is where the term is not there."""
+    size = term.params[0]
+    if len(term.params) > 1 or size.neutral is None or size.name not in name.ci:
+        return False
+    low, high = name.ci[size.name]
+    return low <= size.neutral <= high
 
 
 def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> Round:
