@@ -21,6 +21,7 @@ from typing import Any
 
 from gsfdi.channels import CHANNEL_OF_COLUMN, CHANNELS, Axis
 from gsfdi.errors import UnusableInputError, nearest
+from gsfdi.types import UNNAMED
 
 SCHEMA = "gsfdi/mapping/1"
 
@@ -172,7 +173,7 @@ def parse(content: Map[str, Any], path: str = "mapping") -> Mapping:
         raise UnusableInputError(path, f"time_unit is {content['time_unit']!r}", f"use one of {', '.join(TIME_UNITS)}")
     return Mapping(
         path=path,
-        robot=str(content.get("robot", "robot")),
+        robot=str(content.get("robot", UNNAMED)),
         sources={CHANNEL_OF_COLUMN[column][0]: _source(table, column, axis, path) for column, table in tables.items()},
         axis=axis,
         time=content.get("time"),

@@ -22,6 +22,10 @@ Action = Literal["none", "inspect", "plan_maintenance", "stop_using", "check_tel
 Component = Literal["motor", "friction", "gearbox", "link", "sensor", "controller"]
 
 
+UNNAMED = "robot"
+"""What a robot is called by telemetry that does not name it."""
+
+
 def frozen(values: npt.ArrayLike) -> Array:
     """Copy `values` into a read-only float64 array."""
     return sealed(np.array(values, dtype=np.float64))

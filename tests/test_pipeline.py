@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from gsfdi import ingest as reading
+from gsfdi.baseline import part_of
 from gsfdi.canonical import write_parquet
 from gsfdi.errors import BaselineError, UnusableInputError
 from gsfdi.modelfile import load_models
@@ -143,6 +144,18 @@ def test_telemetry_that_names_no_robot_finds_its_baseline(store: Path, tmp_path:
     pq.write_table(pq.read_table(NIGHT / "EL.parquet").replace_schema_metadata(None), tmp_path / "bare.parquet")
     outcome = analyze([str(tmp_path / "bare.parquet")], store=store, out=tmp_path)
     assert outcome.result["joints"][0]["fault"] == "stiffness_change"
+
+
+def test_a_joint_whose_robot_is_named_in_part_of_a_batch_only_gets_one_verdict(store: Path, tmp_path: Path) -> None:
+    import pyarrow.parquet as pq
+
+    (record,) = reading.read([NIGHT / "EL.parquet"]).records
+    middle = len(record.t) // 2
+    write_parquet(tmp_path / "1.parquet", [part_of(record, 0, middle)])
+    bare = pq.read_table(NIGHT / "EL.parquet").slice(middle).replace_schema_metadata(None)
+    pq.write_table(bare, tmp_path / "2.parquet")
+    outcome = analyze([str(tmp_path)], store=store, out=tmp_path / "out")
+    assert [(one["joint"], one["fault"]) for one in outcome.result["joints"]] == [("EL", "stiffness_change")]
 
 
 def test_old_telemetry_is_stale_where_that_is_asked(store: Path, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from gsfdi.mapping import Mapping as LogMapping
 from gsfdi.modelfile import Models
 from gsfdi.overview import Overview
 from gsfdi.pipeline.outcome import key_of
-from gsfdi.types import JointRecord, Problem, Verdict
+from gsfdi.types import UNNAMED, JointRecord, Problem, Verdict
 
 PIECE = 400_000
 """Values of all channels that are read at a time."""
@@ -89,7 +89,7 @@ def watch(share: Share) -> tuple[list[Judged], list[Problem], dict[str, str]]:
             hashes[record.source] = record.sha256
             known = baseline_of(share.baseline, record)
             if _mine(share, known):
-                key = key_of(record)
+                key = desk_of(record, known)
                 if key not in desks:
                     desks[key] = Desk(key, record.joint, known, share)
                 desks[key].take(record)
@@ -172,6 +172,22 @@ def baseline_of(baseline: Baseline, record: JointRecord) -> JointBaseline | None
     exact = baseline.joints.get(key_of(record))
     alike = [one for one in baseline.joints.values() if one.joint == record.joint]
     return exact or (alike[0] if len(alike) == 1 else None)
+
+
+def desk_of(record: JointRecord, known: JointBaseline | None) -> str:
+    """Name the desk that a record goes to: its joint's own, or where it names no robot that of its baseline's joint.
+
+    Of the files of one batch some may name the robot and others not; two verdicts on one joint would each be on part
+    of its batch.
+
+    Parameters
+    ----------
+    record : JointRecord
+        Telemetry.
+    known : JointBaseline or None
+        What is known of its joint.
+    """
+    return f"{known.robot}/{known.joint}" if known is not None and record.robot == UNNAMED else key_of(record)
 
 
 def _mine(share: Share, known: JointBaseline | None) -> bool:

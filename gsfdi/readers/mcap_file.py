@@ -10,7 +10,7 @@ from mcap.opcode import Opcode
 
 from gsfdi.mapping import Mapping
 from gsfdi.readers import Reader
-from gsfdi.types import Problem
+from gsfdi.types import UNNAMED, Problem
 from gsfdi.wire import Item, Stamps, cdr, proto
 from gsfdi.wire.jsons import Json
 from gsfdi.wire.kernels import Bytes, Ints, fields
@@ -263,12 +263,12 @@ def robot_of(topic: str) -> str:
     """
     parts = [part for part in topic.split("/") if part]
     if not parts:
-        return "robot"
+        return UNNAMED
     if parts[-1] in ("state", "controller_state"):
         parts = parts[:-2]
     elif parts[-1] in _STATE_TOPICS:
         parts = parts[:-1]
-    return ".".join(parts) or "robot"
+    return ".".join(parts) or UNNAMED
 
 
 def _integrity(contents: Contents) -> str:

@@ -13,7 +13,7 @@ from gsfdi.channels import CHANNEL_OF_COLUMN, Axis
 from gsfdi.errors import UnusableInputError
 from gsfdi.mapping import Mapping as LogMapping
 from gsfdi.mapping import Source
-from gsfdi.types import Array, Mask
+from gsfdi.types import UNNAMED, Array, Mask
 from gsfdi.wire import Columns, Key, Stamps
 
 
@@ -62,7 +62,7 @@ def plans(path: object, names: Sequence[str], mappings: Sequence[LogMapping], ro
         usual = axis_of(names)
         known = [(name, *CHANNEL_OF_COLUMN[name]) for name in names if name in CHANNEL_OF_COLUMN]
         picks = tuple(Pick("", channel, axis or usual, name, Source()) for name, channel, axis in known)
-        return [Plan(robot or "robot", "timestamp", None, 0, "joint", picks)]
+        return [Plan(robot or UNNAMED, "timestamp", None, 0, "joint", picks)]
     tabular = [mapping for mapping in mappings if mapping.tabular]
     if not tabular:
         shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
