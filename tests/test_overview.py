@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -47,3 +49,17 @@ def test_a_channel_that_comes_late_is_not_a_number_before() -> None:
     kept.add(JointRecord("arm", "SH1", 0, np.arange(3.0), {"position": np.ones(3)}))
     kept.add(JointRecord("arm", "SH1", int(3e9), np.arange(2.0), {"position": np.ones(2), "temperature": np.ones(2)}))
     np.testing.assert_array_equal(np.isnan(kept.record().channels["temperature"]), [True] * 3 + [False] * 2)
+
+
+def test_many_small_pieces_take_no_more_memory_than_a_few() -> None:
+    def taken(pieces: int) -> int:
+        tracemalloc.start()
+        kept = Overview()
+        for start in range(pieces):
+            kept.add(record(start, 1))
+        size = tracemalloc.get_traced_memory()[0]
+        tracemalloc.stop()
+        assert kept.samples == pieces
+        return size
+
+    assert taken(1000) < taken(10) + 1000  # a byte for each piece would be seen

@@ -39,16 +39,19 @@ class _Tally:
         velocity = values[self.nominal.velocity] if self.nominal.velocity else nan
         columns = [watched.stretch.t, values.get("setpoint", nan), position, effort, velocity, tracking]
         self.shown.add(np.column_stack(columns))
-        for low in range(0, len(position) - self.block + 1, self.block):
-            part = slice(low, low + self.block)
-            block = (np.ascontiguousarray(some[part]) for some in (speed, effort, tracking))
-            self.rows.append(_features(*block, self.nominal.slow, self.nominal.step))
+        whole = [np.ascontiguousarray(some) for some in (speed, effort, tracking)]
+        rows = np.empty((len(position) // self.block, len(FEATURES)))  # one array: what stays must not lie scattered
+        for at, row in enumerate(rows):
+            part = slice(at * self.block, (at + 1) * self.block)
+            row[:] = _features(*(some[part] for some in whole), self.nominal.slow, self.nominal.step)
+        if len(rows):
+            self.rows.append(rows)
 
     def numbers(self) -> dict[str, Array]:
         if not self.rows:
             return {}
         found = {}
-        for name, column in zip(FEATURES, np.array(self.rows).T, strict=True):
+        for name, column in zip(FEATURES, np.concatenate(self.rows).T, strict=True):
             known = column[np.isfinite(column)]
             halves = [known[: len(known) // 2], known[len(known) // 2 :]]
             medians = [np.median(some) if len(some) else np.nan for some in (known, *halves)]

@@ -93,7 +93,8 @@ def watch(share: Share) -> tuple[list[Judged], list[Problem], dict[str, str]]:
                 if key not in desks:
                     desks[key] = Desk(key, record.joint, known, share)
                 desks[key].take(record)
-    return [desk.judged() for desk in desks.values()], problems, hashes
+    judged = [desks.pop(key).judged() for key in list(desks)]  # each desk is cleared before the next one is looked at
+    return judged, problems, hashes
 
 
 def _limits(share: Share) -> tuple[Limits, int | None]:
