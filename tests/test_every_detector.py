@@ -5,7 +5,7 @@ import pytest
 from joints import gathered, learnt, record
 
 from gsfdi.baseline import detectors
-from gsfdi.detectors import innovations
+from gsfdi.detectors import innovations, smi
 from gsfdi.directions import library
 from gsfdi.types import Finding, JointRecord
 
@@ -117,3 +117,12 @@ def test_a_step_is_dated_to_where_it_was_first_seen() -> None:
     known = dict.fromkeys(("lean", "drift", "lean_var", "between", "swing", "shared"), none)
     (lean,) = innovations.leans(batch, {**known, "within": none + 1.0, "tolerance": np.zeros(1)}, directions)
     assert (lean.onset, lean.ramp) == (600, False)
+
+
+@pytest.mark.parametrize(("scatter", "alarm"), [(0.9, True), (1.1, False)])
+def test_a_drive_is_not_called_strong_where_healthy_blocks_do_not_agree_on_it(scatter: float, alarm: bool) -> None:
+    one, known = detectors()["smi"], learnt().learnt["smi"]
+    usual = np.array([-100.0, scatter * smi.AGREED, known["gain"][2]])
+    found = one.look(gathered(record(seed=62))["smi"], {**known, "gain": usual}, RATE, one.settings)
+    assert found is not None
+    assert found.alarm == alarm

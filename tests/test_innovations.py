@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gsfdi.detectors import innovations
-from gsfdi.detectors.innovations import Lean, _as_likely, _freedom
-from gsfdi.directions import library
+from gsfdi.detectors.innovations import Lean, _as_likely, _freedom, _met
+from gsfdi.directions import grouped, library
 
 KIND = np.array([1.0, 1.0, 0.0])
 COUNT = len(library(True, True, False))
@@ -19,6 +19,31 @@ def test_normal_scores_keep_every_block_and_rare_ones_few() -> None:
     assert np.median(_freedom(noise, h, np.full(COUNT, 4.0), KIND, 60.0)) > 40.0
     rare = np.where(rng.random(h.shape) < 0.05, 30.0, 1.0) * noise
     assert np.median(_freedom(rare, h, np.mean(rare**2, axis=0), KIND, 60.0)) < 12.0
+
+
+def test_blocks_without_the_motion_tell_nothing_of_what_the_model_lacks() -> None:
+    rng = np.random.default_rng(2)
+    h = np.ones((60, COUNT))
+    noise = 2.0 * rng.standard_normal(h.shape)
+    everywhere = _freedom(noise, h, np.full(COUNT, 4.0), KIND, 60.0)
+    h[6:] = 1e-6
+    seldom = _freedom(noise, h, np.full(COUNT, 4.0), KIND, 60.0)
+    assert (seldom < 0.3 * everywhere).all()
+    assert (_freedom(noise, h, np.ones(COUNT), KIND, 60.0) == 59.0).all()  # noise alone is known by theory
+
+
+def test_what_one_order_of_a_wave_met_another_may_meet() -> None:
+    keys = [one.key for one in library(True, True, False)]
+    within = np.ones(COUNT)
+    within[keys.index("cogging:12s")] = 400.0
+    met = _met(within, np.full(COUNT, 10.0), KIND)
+    cogging = np.array([key.startswith("cogging") for key in keys])
+    assert (met[cogging] > 100.0).all()
+    assert met[keys.index("cogging:12s")] == 400.0
+    np.testing.assert_array_equal(met[~cogging], within[~cogging])
+    rng = np.random.default_rng(3)
+    chance = rng.chisquare(57.0, COUNT) / 57.0
+    assert np.median(_met(chance, np.full(COUNT, 57.0), KIND) / chance) == 1.0
 
 
 def test_a_lean_that_is_known_from_few_blocks_counts_for_less() -> None:
@@ -43,5 +68,6 @@ def test_what_was_fitted_to_the_baseline_is_no_freedom_of_it() -> None:
     settings = innovations.DETECTOR.settings
     free, fitted = (innovations.learn(gathered(terms), settings) for terms in (0.0, 8.0))
     assert (free["blocks"], fitted["blocks"]) == (32.0, 24.0)
-    assert fitted["within"] == pytest.approx(free["within"] * 32.0 / 24.0)
+    lone = [members[0] for _, members in grouped(library(True, True, False)) if len(members) == 1]
+    assert fitted["within"][lone] == pytest.approx(free["within"][lone] * 32.0 / 24.0)
     assert (fitted["freedom"] < free["freedom"]).all()

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import chdtri
 
 from gsfdi import student
 from gsfdi.detectors import Binned, Detector, Numbers
@@ -86,6 +87,7 @@ def learn(gathered: Sequence[Numbers], settings: Mapping[str, float]) -> dict[st
     left = max(len(gb) - float(gathered[0]["terms"][0]), 1.0)
     within = np.maximum(1.0, len(gb) / left * _wander(gb, hb, xb, gathered[0]["kind"]))
     freedom = _freedom(gb, hb, within, gathered[0]["kind"], left)
+    within = _met(within, freedom, gathered[0]["kind"])
     # Excess spread between batches, in the fault's own unit.
     dof = max(len(gathered) - 1, 1)
     expected = within / np.maximum(h, 1e-300) * dof / (dof + 1)
@@ -142,8 +144,24 @@ def _freedom(g: Array, h: Array, within: Array, kind: Array, blocks: float) -> A
     faults = np.array([one.fault for one in library(*(bool(one) for one in kind))])
     for fault in set(faults):  # one direction alone says it poorly
         uneven[faults == fault] = uneven[faults == fault].mean()
-    unexplained = 1.0 - 1.0 / within
-    return np.asarray(np.maximum(blocks / (1.0 + np.maximum(uneven - 1.0, 0.0) * unexplained) - 1.0, 3.0))
+    unexplained, told = 1.0 - 1.0 / within, np.maximum(count, 1) / len(g)  # a block without the motion tells nothing
+    return np.asarray(np.maximum(blocks / (1.0 + (np.maximum(uneven, 1.0) / told - 1.0) * unexplained) - 1.0, 3.0))
+
+
+def _met(within: Array, freedom: Array, kind: Array) -> Array:
+    """Wander of each wave's orders, no less than what the worst of them surely shows.
+
+    A wave leans on a mode that the model lacks where the motion turns it at the mode's frequency. Which order that is
+    is up to how fast the motion was: the order that hardly met the mode in the baseline meets it in a motion of another
+    speed. Sure is the lower end of a 95 % interval of all orders' mean squares, so that chance alone raises nothing.
+    """
+    directions, met = library(*(bool(one) for one in kind)), within.copy()
+    waves = [j for _, members in grouped(directions) if len(members) == 2 for j in members]
+    for fault in {directions[j].fault for j in waves}:
+        orders = [j for j in waves if directions[j].fault == fault]
+        sure = within[orders] * freedom[orders] / chdtri(freedom[orders], 0.5 * (1.0 - 0.95) / len(orders))
+        met[orders] = np.maximum(met[orders], sure.max())
+    return met
 
 
 def _swing(clean: Sequence[Array], gathered: Sequence[Numbers], within: Array) -> Array:

@@ -21,7 +21,7 @@ from gsfdi.subspace import StateSpace, angles, excitation, lagged_gram, markov, 
 from gsfdi.types import Array, Finding
 
 AGREED = 0.2
-"""Angle below which a fault-free block has identified its joint [rad]."""
+"""Angle below which a fault-free block has identified its joint [rad], and share by which its B may then be off."""
 MOST = 48
 """Most blocks that are kept apart; beyond them neighbours are merged."""
 
@@ -161,6 +161,8 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     share = 0.5 * rate
     angle = _test(logs, learnt["angle"], share, both_sides=False)
     gain = _test(gains, learnt["gain"], share, both_sides=True)
+    if learnt["gain"][1] > AGREED:  # nor do fault-free blocks agree on it, as where a rigid joint stands for a flexible
+        gain = gain._replace(p=1.0, alarm=False)
     mean, spread, _ = learnt["angle"]
     limit = float(np.exp(min(mean + angle.limit * spread * np.sqrt(1.0 / len(logs)), np.log(0.5 * np.pi))))
     alarm = angle.alarm or gain.alarm
