@@ -1,6 +1,6 @@
 """A day of seven joints at 100 Hz through ``gsfdi analyze``, beside pyarrow reading the same columns, in one run.
 
-python benchmarks/day.py [--days N] [--folder DIR]
+python benchmarks/day.py [--days N] [--rounds N] [--folder DIR]
 """
 
 import argparse
@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from statistics import median
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -92,41 +93,52 @@ def gsfdi(*words: str | Path) -> list[str]:
     return [sys.executable, "-m", "gsfdi", *map(str, words)]
 
 
-def measured(folder: Path, days: int) -> dict[str, object]:
-    """Analyse an hour and a day (and more), each beside pyarrow reading it."""
+def measured(folder: Path, days: int, rounds: int) -> dict[str, object]:
+    """Analyse an hour and a day (and more) by turns, each beside pyarrow reading it: every round, and their medians."""
     store = folder / "store"
     run(gsfdi("baseline", HEALTHY, "--model", MODEL, "--store", store))
     spans = {"hour": [folder / "hour"], "day": [folder / "day-1"]}
     if days > 1:
         spans[f"{days} days"] = [folder / f"day-{day + 1}" for day in range(days)]
-    rows: dict[str, object] = {}
-    for name, folders in spans.items():
-        files = [str(path) for one in folders for path in sorted(one.glob("*.parquet"))]
-        bare = [run([sys.executable, "-c", BARE, how, *files]) for how in ("groups", "batches")]
-        import_only = run([sys.executable, "-c", BARE, "groups"])["cpu_s"]
-        out = folder / "out"
-        ours = run(gsfdi("analyze", *folders, "--store", store, "--out", out, "--jobs", 1))
-        verdicts = [one["verdict"] for one in json.loads((out / "verdicts.json").read_text())["joints"]]
-        rows[name] = {
-            "gsfdi analyze": ours,
-            "pyarrow, row groups": bare[0]["cpu_s"] - import_only,
-            "pyarrow, iter_batches": bare[1]["cpu_s"] - import_only,
-            "not normal": sum(one != "normal" for one in verdicts),
-        }
-        print(name, json.dumps(rows[name]), flush=True)
-    return rows
+    kept: dict[str, list[dict[str, float]]] = {name: [] for name in spans}
+    for _ in range(rounds):
+        for name, folders in spans.items():
+            kept[name].append(side_by_side(folders, store, folder / "out"))
+            print(name, json.dumps(kept[name][-1]), flush=True)
+    medians = {name: {key: median(one[key] for one in some) for key in some[0]} for name, some in kept.items()}
+    start = medians["hour"]["gsfdi analyze [s]"]
+    times = [(one["gsfdi analyze [s]"] - start) / one["pyarrow, row groups [s]"] for one in kept["day"]]
+    return {"median": medians, "a day beyond an hour, times row groups": times, "rounds": kept}
+
+
+def side_by_side(folders: Sequence[Path], store: Path, out: Path) -> dict[str, float]:
+    """Processor time and peak memory of one analysis, and processor time of pyarrow reading the same files."""
+    files = [str(path) for one in folders for path in sorted(one.glob("*.parquet"))]
+    groups, batches = (run([sys.executable, "-c", BARE, how, *files])["cpu_s"] for how in ("groups", "batches"))
+    import_only = run([sys.executable, "-c", BARE, "groups"])["cpu_s"]
+    ours = run(gsfdi("analyze", *folders, "--store", store, "--out", out, "--jobs", 1))
+    verdicts = [one["verdict"] for one in json.loads((out / "verdicts.json").read_text())["joints"]]
+    return {
+        "gsfdi analyze [s]": ours["cpu_s"],
+        "peak of gsfdi [MB]": ours["peak_mb"],
+        "pyarrow, row groups [s]": groups - import_only,
+        "pyarrow, iter_batches [s]": batches - import_only,
+        "joints": len(verdicts),
+        "not normal": sum(one != "normal" for one in verdicts),
+    }
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--days", type=int, default=1, help="days written; beyond one they are analysed together too")
+    parser.add_argument("--rounds", type=int, default=1, help="times that everything is measured, by turns")
     parser.add_argument("--folder", type=Path, help="where telemetry is kept and taken from again; none by default")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = given.folder or Path(name)
         if not (folder / f"day-{given.days}").exists():
             write_days(folder, given.days)
-        RESULTS.write_text(json.dumps(measured(folder, given.days), indent=1) + "\n")
+        RESULTS.write_text(json.dumps(measured(folder, given.days, given.rounds), indent=1) + "\n")
 
 
 if __name__ == "__main__":
