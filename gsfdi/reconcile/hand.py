@@ -17,7 +17,7 @@ from gsfdi.whiten import Whitener
 
 NEARLY = 3.0
 """Process noise over what is known to be there up to which nothing is missing."""
-SMALL = 0.02
+SMALL = 0.1
 """Process noise, as a share of the drive's torque, above which it is no noise of the observer's own making."""
 
 
