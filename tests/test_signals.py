@@ -35,10 +35,16 @@ def test_what_is_shown_stays_few_and_even_however_long_the_batch() -> None:
 def test_the_median_of_fewer_blocks_wanders_more() -> None:
     rng, scatter, whole = np.random.default_rng(4), 0.7, 13
     usual = np.array([0.0, 0.1, 8.0, scatter**2, float(whole)])
-    assert _spread(usual, whole) == _spread(usual, 99.0) == pytest.approx(0.1)
+    assert _spread(usual, whole, 0.5 * scatter**2) == _spread(usual, 99.0, scatter**2) == pytest.approx(0.1)
     for count in (1, 5):
         medians = np.median(scatter * rng.standard_normal((20_000, count)), axis=1)
         less = np.median(scatter * rng.standard_normal((20_000, whole)), axis=1)
         wander = np.sqrt(0.1**2 + medians.var() - less.var())
-        assert _spread(usual, count) == pytest.approx(wander, rel=0.05)
-    assert _spread(usual[:3], 1.0) == pytest.approx(0.1)  # as a baseline was kept before blocks were counted
+        assert _spread(usual, count, np.nan) == pytest.approx(wander, rel=0.05)
+    assert _spread(usual[:3], 1.0, 1.0) == pytest.approx(0.1)  # as a baseline was kept before blocks were counted
+
+
+def test_the_median_of_blocks_that_disagree_is_known_no_better_than_they_agree() -> None:
+    rng, usual = np.random.default_rng(5), np.array([0.0, 0.01, 8.0, 0.1**2, 12.0])
+    medians = np.median(2.0 * rng.standard_normal((20_000, 12)), axis=1)
+    assert _spread(usual, 12.0, 2.0**2) == pytest.approx(medians.std(), rel=0.05)

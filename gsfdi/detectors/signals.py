@@ -173,15 +173,18 @@ def _by_blocks(medians: Sequence[Array]) -> tuple[float, float]:
     return (float(scatter[known].mean()), float(count[known].mean())) if known.any() else (0.0, 1.0)
 
 
-def _spread(usual: Array, count: float) -> float:
-    """Spread of the median of so many blocks.
+def _spread(usual: Array, count: float, own: float) -> float:
+    """Spread of the median of so many blocks, which scatter by a variance of their `own`.
 
     The baseline's batches tell that of as many as they have; the median of fewer wanders more, by what the blocks of
-    one batch scatter.
+    one batch scatter. So does that of a batch whose blocks scatter more than the baseline's: it moved otherwise, and
+    its median is known no better than its own blocks agree on it.
     """
-    spread, scatter, whole = (float(value) for value in (usual[1], *(usual[3:] if len(usual) > 3 else (0.0, 1.0))))
+    own = own if np.isfinite(own) else 0.0
+    spread, scatter, whole = (float(value) for value in (usual[1], *(usual[3:] if len(usual) > 3 else (own, 1.0))))
     fewer = max(_median_of(count) - _median_of(whole), 0.0)
-    return max(float(np.sqrt(spread**2 + scatter * fewer)), 1e-300)
+    wilder = max(own - scatter, 0.0) * _median_of(count)
+    return max(float(np.sqrt(spread**2 + scatter * fewer + wilder)), 1e-300)
 
 
 def _median_of(count: float) -> float:
@@ -198,7 +201,8 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     p_values = np.ones(len(names))
     for i, name in enumerate(names):
         mean, dof = learnt[name][0], learnt[name][2]
-        off = (_scaled(name, numbers[name][:3]) - mean) / _spread(learnt[name], float(numbers[name][4]))
+        own, count = (float(value) for value in numbers[name][3:])
+        off = (_scaled(name, numbers[name][:3]) - mean) / _spread(learnt[name], count, own)
         halves = off[1:][np.isfinite(off[1:])]
         lasts = len(halves) == 0 or (np.sign(halves) == np.sign(off[0])).all()
         scores[i] = off[0] if not lasts else np.sign(off[0]) * min([abs(off[0]), *(1.5 * np.abs(halves))])
