@@ -325,6 +325,9 @@ def test_a_number_that_may_be_as_the_model_has_it_is_no_name() -> None:
     use = TermUse("output_inertia_change", {"ratio": 1.001}, None, 9.0)
     assert is_nothing(Name(use, 1.0, 1.0, {"ratio": (0.998, 1.004)}, ()), term)
     assert not is_nothing(Name(use, 1.0, 1.0, {"ratio": (1.0005, 1.0015)}, ()), term)
+    seen = TermUse("velocity_gain", {"ratio": 0.9998})
+    gain = shelf("gsfdi.terms", PhysicsTerm)["velocity_gain"]
+    assert not is_nothing(Name(seen, 1.0, 1.0, {"ratio": (0.997, 1.003)}, ()), gain)
 
 
 def test_a_stop_that_is_met_once_is_named() -> None:

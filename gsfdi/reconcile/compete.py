@@ -49,7 +49,7 @@ SLIP = 3.0
 """Times the noise of the position by which a joint may slip without that being seen."""
 CHANCE = 0.005
 """Probability that chance alone makes one of all offers a winner."""
-UNPROMISED = 4.0
+UNPROMISED = 2.0
 """How many times what the regression promised a faint finalist may gain."""
 KNOB_COST = 4.0
 """Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""

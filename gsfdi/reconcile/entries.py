@@ -5,7 +5,7 @@ from typing import Any
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile.case import Case
-from gsfdi.reconcile.parameters import Shift, all_kept, lone_changes, shifts
+from gsfdi.reconcile.parameters import TERM_OF, Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
@@ -96,7 +96,7 @@ def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
         return [s for s in moved if s.is_news and s.is_sure], moved
     plant = case.settled.model.plant
     doubted = case.settled.model.trust  # what the model itself calls uncertain is free to move
-    names = {k.name for k in case.first.fitted.knobs if k.place == -1} - doubted.keys()
+    names = {k.name for k in case.first.fitted.knobs if k.place == -1 and k.name in TERM_OF} - doubted.keys()
     nominal = {name: float(getattr(plant, name)) for name in sorted(names)}
     if not nominal or all_kept(case.first, nominal) < LEAST:
         return [], moved

@@ -227,9 +227,12 @@ def names(
 
 
 def is_nothing(name: Name, term: PhysicsTerm) -> bool:
-    """Whether the only number of a term may as well be what it is where the term is not there."""
+    """Whether the only number of a term may as well be what it is where the term is not there.
+
+    What simulated steps leave in a number is in its interval; in an error of what is seen they have no part.
+    """
     size = term.params[0]
-    if len(term.params) > 1 or size.neutral is None or size.name not in name.ci:
+    if len(term.params) > 1 or size.neutral is None or size.name not in name.ci or is_sensor(term.name):
         return False
     low, high = name.ci[size.name]
     return low <= size.neutral <= high

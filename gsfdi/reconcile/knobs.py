@@ -19,6 +19,8 @@ def plant_knobs(model: JointModel, effort: str) -> list[Knob]:
         names.append("torque_constant")
     if model.structure == "flexible":
         names += ["motor_inertia", "stiffness"]
+    if plant.damping > 0:  # taken as exact, it would tell the scale of torque from whatever else the model lacks
+        names.append("damping")
     knobs = [_believed(-1, name, getattr(plant, name), model.trust.get(name, DOUBT)) for name in names]
     terms = shelf("gsfdi.terms", PhysicsTerm)
     for place, use in enumerate(model.physics):

@@ -50,7 +50,7 @@ def shifts(hand: Round) -> list[Shift]:
     spread = np.sqrt(np.diag(spread_of(fitted, hand.stand.blocks()))) if fitted.knobs else np.zeros(0)
     found = []
     for knob, value, sd in zip(fitted.knobs, fitted.values, spread, strict=True):
-        if knob.place == -1 and knob.prior:
+        if knob.place == -1 and knob.prior and knob.name in TERM_OF:
             ratio, width = value / knob.prior, 1.96 * sd / abs(knob.prior)
             tolerance = TOLERANCE * knob.doubt / abs(knob.prior)
             found.append(Shift(TERM_OF[knob.name], float(ratio), float(ratio - width), float(ratio + width), tolerance))
