@@ -13,7 +13,9 @@ from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.compete import FEWEST, MATERIAL, opening, share_to_try
+from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.dating import middle
+from gsfdi.reconcile.gaps import at_corners
 from gsfdi.reconcile.judge import Name, Rival, is_nothing, least_share
 from gsfdi.reconcile.law import check_law
 from gsfdi.reconcile.offer import SHARE
@@ -172,6 +174,26 @@ def test_terms_are_tried_at_the_size_of_what_is_missing() -> None:
     assert shares[0] == FEWEST * MATERIAL
     assert shares[2] == pytest.approx(2 * shares[1])
     assert shares[3] == SHARE
+
+
+def test_a_recording_with_a_gap_begins_anew_with_a_level_of_its_own() -> None:
+    whole = recorded(NOMINAL)
+    keep = (whole.t < 14.0) | (whole.t > 20.0)
+    torn = replace(whole, t=whole.t[keep], channels={k: whole[k][keep] for k in whole.channels}, valid={})
+    first, later = levels(bench([torn], NOMINAL))
+    assert first.onset is None
+    assert later.onset == pytest.approx(20.0, abs=0.02)
+    assert len(levels(bench([whole, whole], NOMINAL))) == 1
+    assert reconcile([torn], NOMINAL).verdict == "no_mismatch"
+
+
+def test_a_setpoint_has_corners_where_its_acceleration_jumps() -> None:
+    t = 0.01 * np.arange(1000)
+    assert not at_corners(np.sin(t), t).any()
+    speed = np.clip(t - 2.0, 0.0, 1.0)
+    corners = np.flatnonzero(at_corners(0.01 * np.cumsum(speed), t))
+    assert {200, 300} <= set(corners.tolist())
+    assert len(corners) < 16
 
 
 def test_what_the_library_lacks_is_not_explained_away() -> None:

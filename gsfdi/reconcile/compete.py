@@ -16,6 +16,7 @@ from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.calibrate import bar, inflations
+from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.doubted import estimated, moot_terms
 from gsfdi.reconcile.hand import Round, from_below, is_sensor, lay_out, likelier, settle, started, with_term
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
@@ -45,7 +46,7 @@ TRIED = 3.0
 """Times the torque that is missing at which a term is tried."""
 FEWEST = 5.0
 """Times the least torque worth a name at which a term is tried at least."""
-SLIP = 3.0
+SLIP = 10.0
 """Times the noise of the position by which a joint may slip without that being seen."""
 CHANCE = 0.005
 """Probability that chance alone makes one of all offers a winner."""
@@ -79,7 +80,7 @@ def compete(
     shelf_terms : mapping of str to PhysicsTerm
         Terms that may compete.
     level : float
-        Doubt about the constant load that is the last term of `model` [N m]; 0 where it is not there.
+        Doubt about the constant loads that are the last terms of `model` [N m]; 0 where they are not there.
     most : int
         Terms that may join at most.
 
@@ -147,7 +148,9 @@ def opening(stand: Bench, model: JointModel, level: float) -> Round:
     """Fit the parameters only; for the arguments see `compete`."""
     knobs = [*plant_knobs(model, stand.records[0].effort), *start_knobs(stand)]
     if level > 0:
-        knobs.append(Knob(len(model.physics) - 1, "torque_nm", level, -20 * level, 20 * level, 0.0, level))
+        last = len(model.physics)
+        places = range(last - len(levels(stand)), last)
+        knobs += [Knob(place, "torque_nm", level, -20 * level, 20 * level, 0.0, level) for place in places]
     floor = effort_floor(stand)
     return from_below(settle(stand, started(model, len(stand.records)), knobs, floor), floor)
 

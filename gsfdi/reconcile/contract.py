@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.model import JointModel, TermUse
+from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.bench import Bench, bench
 from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.law import LawCheck, check_law
@@ -31,8 +31,8 @@ class Settled:
     coarse : LawFinding or None
         A position sensor coarser than its model says.
     level : float
-        Standard deviation of the constant that a recomputed effort begins with [N m]. Where it is not 0, the last term
-        of `model` is a constant load that stands for it.
+        Standard deviation of the constant that a recomputed effort begins with [N m]. Where it is not 0, the last terms
+        of `model` are constant loads that stand for it, one for each stretch that begins with a constant of its own.
     """
 
     stand: Bench
@@ -66,12 +66,21 @@ def settle_contract(records: Sequence[JointRecord], model: JointModel, without: 
     level = 0.0
     if exact is not None:
         level = level_doubt(stand)
-        offset = TermUse("constant_load", {"torque_nm": 0.0}, "output" if model.structure == "flexible" else None)
-        new = replace(new, physics=(*new.physics, offset))
+        new = replace(new, physics=(*new.physics, *levels(stand)))
         new = replace(new, sensors=replace(new.sensors, effort_noise=0.0, effort_resolution=0.0))
     if exact is not None or new is not model:
         stand = replace(bench(exact or records, new), count=stand.count)  # stretches of a recording are no recordings
     return Settled(stand, logged, new, law, coarse, level)
+
+
+def levels(stand: Bench) -> list[TermUse]:
+    """Lay out the constants of a recomputed effort: the first, and what each stretch after a gap has beyond it.
+
+    Several recordings have clocks of their own, on which a load that sets in cannot stand for one of them.
+    """
+    side: Side | None = "output" if stand.model.structure == "flexible" else None
+    later = [float(record.t[0]) for record in stand.records[1:]] if stand.count == 1 else []
+    return [TermUse("constant_load", {"torque_nm": 0.0}, side, onset) for onset in (None, *later)]
 
 
 def level_doubt(stand: Bench) -> float:

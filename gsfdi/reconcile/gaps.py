@@ -4,11 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsfdi.types import JointRecord, Mask
+from gsfdi.types import Array, JointRecord, Mask
 from gsfdi.whiten import LONGEST
 
 MEASURED = ("position", "motor_velocity", "joint_velocity")
 """Channels that a lost sample leaves empty."""
+SMOOTH = 10.0
+"""Jump of an acceleration within two samples, over the usual one, up to which a setpoint is smooth."""
+CORNER = 0.05
+"""The same over the largest one."""
 
 
 def stretches(record: JointRecord, period: float, shortest: float) -> list[JointRecord]:
@@ -46,3 +50,16 @@ def beside_lost(record: JointRecord) -> Mask:
     beside[1:] |= lost[:-1]
     beside[:-1] |= lost[1:]
     return beside
+
+
+def at_corners(setpoint: Array, t: Array) -> Mask:
+    """Samples at which a setpoint's acceleration jumps, so that the slope between neighbours is no rate of it.
+
+    Central differences err there by a quarter of the jump times the period; where the setpoint runs smoothly, by as
+    little everywhere.
+    """
+    rate = np.gradient(setpoint, t)
+    push = np.gradient(rate, t)
+    jump = np.zeros(len(t))
+    jump[1:-1] = np.abs(push[2:] - push[:-2])
+    return jump > max(SMOOTH * float(np.median(jump)), CORNER * float(jump.max()))

@@ -13,7 +13,7 @@ from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.calibrate import by_chance
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.compete import compete
-from gsfdi.reconcile.contract import settle_contract
+from gsfdi.reconcile.contract import levels, settle_contract
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
 from gsfdi.reconcile.entries import groups_of, law_entries, parameters_of, shift_entries, smallest_seen, term_entries
 from gsfdi.reconcile.evidence import evidence_of
@@ -91,7 +91,8 @@ def final_model(case: Case) -> JointModel:
         source = JointModel(**{f.name: getattr(source, f.name) for f in fields(JointModel)})
     given = len(case.settled.model.physics)
     if case.settled.level > 0:  # the constant of a recomputed effort belongs to the recording, not to the joint
-        source = replace(source, physics=(*source.physics[: given - 1], *source.physics[given:]))
+        own = given - len(levels(case.settled.stand))
+        source = replace(source, physics=(*source.physics[:own], *source.physics[given:]))
     apart = ("timestamp_latency", "quantisation")  # put right in the records, where the others are in the model
     extra = [TermUse(f.term, dict(f.values), None, f.onset) for f in case.findings if f.term in apart]
     return merged(replace(source, sensors=case.nominal.sensors, physics=(*source.physics, *extra)))

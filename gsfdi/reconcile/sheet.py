@@ -8,7 +8,7 @@ import numpy as np
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
-from gsfdi.reconcile.gaps import beside_lost
+from gsfdi.reconcile.gaps import at_corners, beside_lost
 from gsfdi.types import Array, JointRecord, Mask
 
 
@@ -99,10 +99,10 @@ def sheet_of(
 
 
 def unrated(record: JointRecord) -> Mask:
-    """Samples at which nobody knows the setpoint's rate: beside lost ones, unless the rate itself is logged."""
+    """Samples at which nobody knows the setpoint's rate: beside lost ones and at corners, unless the rate is logged."""
     if "setpoint_rate" in record:
         return np.zeros(len(record.t), dtype=np.bool_)
-    return beside_lost(record)
+    return beside_lost(record) | at_corners(record["setpoint"], record.t)
 
 
 def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
