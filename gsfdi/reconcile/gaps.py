@@ -61,5 +61,5 @@ def at_corners(setpoint: Array, t: Array) -> Mask:
     rate = np.gradient(setpoint, t)
     push = np.gradient(rate, t)
     jump = np.zeros(len(t))
-    jump[1:-1] = np.abs(push[2:] - push[:-2])
+    jump[3:-3] = np.abs(push[4:-2] - push[2:-4])  # nearer the ends the slopes themselves are one-sided
     return jump > max(SMOOTH * float(np.median(jump)), CORNER * float(jump.max()))
