@@ -9,17 +9,17 @@ from rigid import JOINT as NOMINAL
 
 from gsfdi.model import Controller, JointModel, Sensors, TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile import Reconciliation, reconcile
+from gsfdi.reconcile import Reconciliation, reconcile, twin
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.compete import FEWEST, MATERIAL, opening, share_to_try
+from gsfdi.reconcile.compete import FEWEST, MATERIAL, Contest, opening, share_to_try
 from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.dating import middle
 from gsfdi.reconcile.gaps import at_corners
 from gsfdi.reconcile.judge import Name, Rival, is_nothing, least_share
 from gsfdi.reconcile.law import check_law
-from gsfdi.reconcile.offer import SHARE
-from gsfdi.reconcile.screen import matched
+from gsfdi.reconcile.offer import SHARE, Offer
+from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
@@ -350,6 +350,21 @@ def test_a_number_that_may_be_as_the_model_has_it_is_no_name() -> None:
     seen = TermUse("velocity_gain", {"ratio": 0.9998})
     gain = shelf("gsfdi.terms", PhysicsTerm)["velocity_gain"]
     assert not is_nothing(Name(seen, 1.0, 1.0, {"ratio": (0.997, 1.003)}, ()), gain)
+
+
+@pytest.mark.parametrize(("gain", "imitated"), [(25.0, True), (90.0, False)])
+def test_a_faint_winner_whose_like_gains_on_twins_is_none(
+    gain: float, imitated: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    term = shelf("gsfdi.terms", PhysicsTerm)["gearbox_damping"]
+    offer = Offer(term.name, None, ({"coefficient_nms_rad": 1.0},), lambda c: None)
+    entry = Entry(offer, None, np.ones(1), gain, gain=gain, fitted=SimpleNamespace())  # type: ignore[arg-type]
+    gains = iter([1.0, 20.0, -3.0, 19.0])
+    hand = SimpleNamespace(fitted=SimpleNamespace(model=NOMINAL), stand=None)
+    monkeypatch.setattr(twin, "twin_of", lambda *args: hand)
+    monkeypatch.setattr(twin, "effort_floor", lambda stand: np.zeros(2))
+    monkeypatch.setattr(twin, "contend", lambda *args: (Contest((replace(entry, gain=next(gains)),), None, 1), None))
+    assert twin.is_imitated(hand, NOMINAL, entry, term) is imitated  # type: ignore[arg-type]
 
 
 def test_a_stop_that_is_met_once_is_named() -> None:

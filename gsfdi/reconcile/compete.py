@@ -249,8 +249,16 @@ def contend(
             best = (gain, entry, settled)
     entries = (*ranked, *screening.entries)
     if best is None:
-        return Contest(entries, None, trials, smallest(hand, screening, shelf_terms, CHANCE, MATERIAL)), None
+        return undecided(hand, screening, entries, shelf_terms), None
     return Contest(entries, best[1], trials), from_below(best[2], floor)
+
+
+def undecided(
+    hand: Round, screening: Screening, entries: Sequence[Entry], shelf_terms: Mapping[str, PhysicsTerm]
+) -> Contest:
+    """Lay out a round that nobody won, with the least of every term that would have."""
+    least = smallest(hand, screening, shelf_terms, CHANCE, MATERIAL)
+    return Contest(tuple(entries), None, len(screening.information), least)
 
 
 def fairly(hand: Round, entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) -> Entry:

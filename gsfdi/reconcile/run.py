@@ -12,14 +12,17 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.calibrate import by_chance
 from gsfdi.reconcile.case import Case
-from gsfdi.reconcile.compete import compete
-from gsfdi.reconcile.contract import levels, settle_contract
+from gsfdi.reconcile.compete import PLAIN, Contest, all_offers, compete, merit, undecided
+from gsfdi.reconcile.contract import Settled, levels, settle_contract
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
 from gsfdi.reconcile.entries import groups_of, law_entries, parameters_of, shift_entries, smallest_seen, term_entries
 from gsfdi.reconcile.evidence import evidence_of
+from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.judge import names
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
+from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.surplus import merged
+from gsfdi.reconcile.twin import is_imitated
 from gsfdi.reconcile.verdict import left_of, verdict_of
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
@@ -43,8 +46,21 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
     terms = {name: term for name, term in shelf("gsfdi.terms", PhysicsTerm).items() if name not in without}
     settled = settle_contract(records, model, without)
     first, hand, contests = compete(settled.stand, settled.model, terms, settled.level)
+    if is_noise(first, contests[0], settled, model, terms):
+        offers = all_offers(first, terms, len(settled.model.physics))
+        hand, contests = first, [undecided(first, screen(first, offers), contests[0].entries, terms)]
     hand, found = names(hand, len(settled.model.physics), contests, terms)
     return _told(Case(records[0].joint, model, settled, first, hand, contests, found, terms))
+
+
+def is_noise(
+    first: Round, contest: Contest, settled: Settled, nominal: JointModel, terms: Mapping[str, PhysicsTerm]
+) -> bool:
+    """Whether a faint winner may be the work of the effort's own noise, known only where the law gives the effort."""
+    winner = contest.winner
+    if winner is None or merit(winner) > PLAIN or settled.level > 0 or 1 in first.stand.system.rows:
+        return False
+    return is_imitated(first, nominal, winner, terms[winner.offer.term])
 
 
 def _told(case: Case) -> Reconciliation:
