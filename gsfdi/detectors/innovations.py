@@ -117,7 +117,7 @@ def _wander(g: Array, h: Array, x: Array, kind: Array) -> Array:
     z2 = np.where(h > 1e-3 * h.max(axis=0), g**2 / np.maximum(h, 1e-300), np.nan)
     seen = np.isfinite(z2).any(axis=0)
     mean = np.where(seen, np.nansum(z2, axis=0) / np.maximum(np.isfinite(z2).sum(axis=0), 1), 1.0)
-    for _, members in grouped(library(*(bool(one) for one in kind))):
+    for _, members in grouped(_library(kind)):
         if len(members) == 2:
             j, k = members
             det = h[:, j] * h[:, k] - x[:, j] ** 2
@@ -126,6 +126,11 @@ def _wander(g: Array, h: Array, x: Array, kind: Array) -> Array:
             both = 0.5 * float(np.mean(square[apart] / det[apart])) if apart.any() else 1.0
             mean[members] = np.maximum(mean[members], both)
     return mean
+
+
+def _library(kind: Array) -> tuple[Direction, ...]:
+    """Directions of a joint of the kind that its numbers tell."""
+    return library(*(bool(one) for one in kind))
 
 
 def _freedom(g: Array, h: Array, within: Array, kind: Array, blocks: float) -> Array:
@@ -141,7 +146,7 @@ def _freedom(g: Array, h: Array, within: Array, kind: Array, blocks: float) -> A
     mean = filled.sum(axis=0) / np.maximum(count, 1)
     square = (filled**2).sum(axis=0) / np.maximum(count, 1)
     uneven = np.where(count > 1, (square - mean**2) / np.maximum(2.0 * mean**2, 1e-300), 1.0)
-    faults = np.array([one.fault for one in library(*(bool(one) for one in kind))])
+    faults = np.array([one.fault for one in _library(kind)])
     for fault in set(faults):  # one direction alone says it poorly
         uneven[faults == fault] = uneven[faults == fault].mean()
     unexplained, told = 1.0 - 1.0 / within, np.maximum(count, 1) / len(g)  # a block without the motion tells nothing
@@ -155,7 +160,7 @@ def _met(within: Array, freedom: Array, kind: Array) -> Array:
     is up to how fast the motion was: the order that hardly met the mode in the baseline meets it in a motion of another
     speed. Sure is the lower end of a 95 % interval of all orders' mean squares, so that chance alone raises nothing.
     """
-    directions, met = library(*(bool(one) for one in kind)), within.copy()
+    directions, met = _library(kind), within.copy()
     waves = [j for _, members in grouped(directions) if len(members) == 2 for j in members]
     for fault in {directions[j].fault for j in waves}:
         orders = [j for j in waves if directions[j].fault == fault]
@@ -180,7 +185,7 @@ def _swing(clean: Sequence[Array], gathered: Sequence[Numbers], within: Array) -
 def _shared(h: Array, x: Array, kind: Array) -> Array:
     """Correlation of each direction's score with its mate's in the baseline's motion; 0 where it has none."""
     shared = np.zeros(len(h))
-    for _, members in grouped(library(*(bool(one) for one in kind))):
+    for _, members in grouped(_library(kind)):
         if len(members) == 2:
             shared[members] = np.clip(x[members] / np.sqrt(np.maximum(h[members].prod(), 1e-300)), -1.0, 1.0)
     return shared
@@ -393,7 +398,7 @@ def _whole(numbers: Numbers, learnt: Numbers, found: Sequence[Lean]) -> tuple[Ar
     """
     g, h = cleaned(numbers, learnt["lean"], learnt["drift"]).sum(axis=0), numbers["h"].sum(axis=0)
     kind = numbers["kind"]
-    directions = library(*(bool(one) for one in kind))
+    directions = _library(kind)
     torque = _torque(directions)
     misfit = float(learnt["tolerance"][0]) ** 2 * h[torque]
     rows = []
@@ -420,7 +425,7 @@ def before_runaway(numbers: Numbers, learnt: Numbers) -> Numbers:
     A loop that has gone unstable says nothing more of what made it so; what came before does.
     """
     energy, h = numbers["energy"], numbers["h"]
-    torque = _torque(library(*(bool(one) for one in numbers["kind"])))
+    torque = _torque(_library(numbers["kind"]))
     span = max(1, round(2.0 / float(numbers["width"][0])))
     ones = np.ones(span)
     usual = float(learnt["energy"][0])
@@ -458,7 +463,7 @@ def look(numbers: Numbers, learnt: Numbers, rate: float, settings: Mapping[str, 
     if not len(numbers.get("g", ())) or float(numbers["h"].sum()) <= 0:
         return None
     kind = numbers["kind"]
-    directions = library(*(bool(one) for one in kind))
+    directions = _library(kind)
     early, found = numbers, leans(numbers, learnt, directions)
     calm = before_runaway(numbers, learnt)
     lost = _excess(numbers, learnt) > LOST**2 * float(numbers["h"][:, _torque(directions)].sum())

@@ -157,6 +157,11 @@ class Bench:
         return max(float(r.t[-1]) for r in self.records if (r.source, r.t0_ns) == (own.source, own.t0_ns))
 
     @property
+    def sees_speed(self) -> bool:
+        """Whether a speed is measured beside the position."""
+        return 1 in self.system.rows
+
+    @property
     def held_out(self) -> tuple[float, float]:
         """First and last second of the part of the longest recording that takes no part in choosing or fitting."""
         return self.window[0] * self.scales.seconds, self.window[1] * self.scales.seconds
@@ -223,7 +228,7 @@ def grain_errors(stand: Bench) -> tuple[Array, ...]:
     ratio = 1.0 if stand.model.structure == "flexible" else stand.model.plant.gear_ratio
     noise = (sensors.position_noise, sensors.motor_velocity_noise / ratio)
     grain = [max(grain_of(r["position"]) for r in stand.records), 0.0]
-    if 1 in stand.system.rows:
+    if stand.sees_speed:
         grain[1] = max(grain_of(measured_velocity(r, stand.model)) for r in stand.records)
     if all(g < 1.5 * n for g, n in zip(grain, noise, strict=True)):
         return ()

@@ -18,7 +18,7 @@ from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.doubted import estimated, moot_terms
-from gsfdi.reconcile.hand import Round, from_below, is_sensor, lay_out, likelier, settle, started, with_term
+from gsfdi.reconcile.hand import Round, around, from_below, is_sensor, likelier, settle, started, with_term
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offer import SHARE, Offer, offers
@@ -185,7 +185,7 @@ def simplified(hand: Round, given: int) -> Round:
         worth, fitted = min(kept, key=lambda pair: pair[0])
         if worth > 0:
             return hand
-        hand = replace(lay_out(hand.stand, hand.tools, fitted), torque=hand.torque)
+        hand = around(hand, fitted)
 
 
 def _price(hand: Round, place: int) -> float:

@@ -48,7 +48,7 @@ def settle_contract(records: Sequence[JointRecord], model: JointModel, without: 
     logged = stand = bench(records, model)
     coarse = None if "quantisation" in without else coarseness(stand)
     # slopes of coarse positions are no speed to hold a law against
-    law = None if coarse is not None and 1 not in stand.system.rows else check_law(stand.records, model)
+    law = None if coarse is not None and not stand.sees_speed else check_law(stand.records, model)
     if law is not None:
         law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
     new = model

@@ -1,11 +1,10 @@
 """When something set in, where the recording leaves it open: a joint that rests does not show it."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from gsfdi.fit import Knob
-from gsfdi.reconcile.hand import Round, lay_out
+from gsfdi.model import JointModel
+from gsfdi.reconcile.hand import Round, around
 from gsfdi.reconcile.turning import fit_knobs
 
 OPEN = 2.0
@@ -30,18 +29,19 @@ def dated(hand: Round, given: int) -> Round:
             continue
         onset = middle(hand, place, use.onset)
         if onset != use.onset:
-            model = Knob(place, "onset", 1.0, 0.0, np.inf).turn(hand.fitted.model, onset)
-            hand = replace(
-                lay_out(hand.stand, hand.tools, fit_knobs(hand.misfit, model, hand.fitted.knobs, 2)), torque=hand.torque
-            )
+            hand = around(hand, fit_knobs(hand.misfit, begun(hand, place, onset), hand.fitted.knobs, 2))
     return hand
+
+
+def begun(hand: Round, place: int, onset: float) -> JointModel:
+    """Give the model in hand with the term at `place` from another moment on."""
+    return Knob(place, "onset", 1.0, 0.0, np.inf).turn(hand.fitted.model, onset)
 
 
 def middle(hand: Round, place: int, onset: float) -> float:
     """Middle of the moments around `onset` [s] at which the term at `place` might as well have set in."""
-    knob = Knob(place, "onset", 1.0, 0.0, np.inf)
     moments = np.unique([*np.linspace(0.0, hand.stand.scales.seconds, MOMENTS)[1:-1], onset])
-    costs = 0.5 * np.sum(hand.misfit([knob.turn(hand.fitted.model, moment) for moment in moments]) ** 2, axis=1)
+    costs = 0.5 * np.sum(hand.misfit([begun(hand, place, moment) for moment in moments]) ** 2, axis=1)
     now = int(np.searchsorted(moments, onset))
     closed = np.flatnonzero(~(costs < costs[now] + OPEN))
     first = max(closed[closed < now], default=-1) + 1

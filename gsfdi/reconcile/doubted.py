@@ -12,7 +12,7 @@ from dataclasses import replace
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.hand import Round, lay_out, settle, with_term
+from gsfdi.reconcile.hand import Round, around, settle, with_term
 from gsfdi.reconcile.knobs import plant_knobs, term_knobs
 from gsfdi.reconcile.turning import DOUBT, fit_knobs
 from gsfdi.registry import shelf
@@ -72,4 +72,4 @@ def freed(hand: Round) -> Round:
     stated = {k.name: k for k in plant_knobs(hand.stand.model, hand.stand.records[0].effort) if k.place == -1}
     knobs = [stated.get(k.name, k) if k.place == -1 else k for k in hand.fitted.knobs]
     fitted = fit_knobs(hand.misfit, hand.fitted.model, knobs, 6)
-    return replace(lay_out(hand.stand, hand.tools, fitted), torque=hand.torque)
+    return around(hand, fitted)

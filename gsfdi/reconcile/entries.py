@@ -110,7 +110,7 @@ def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
 def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
     """Sets of terms that the data cannot tell apart."""
     found = [(name.use.term, *name.close) for name in case.found if name.close]
-    if 1 not in case.stand.system.rows and any(f.term == "controller_derivative" for f in case.findings):
+    if not case.stand.sees_speed and any(f.term == "controller_derivative" for f in case.findings):
         found.append(UNSEEN_SPEED)
     if lone and case.nominal.structure == "rigid" and not case.nominal.physics:
         found.append(("torque_constant_change", "output_inertia_change"))

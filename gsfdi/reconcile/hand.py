@@ -95,6 +95,11 @@ def lay_out(stand: Bench, tools: list[Whitener], fitted: Fitted) -> Round:
     return replace(hand, fitted=replace(fitted, jacobian=jacobian))
 
 
+def around(hand: Round, fitted: Fitted) -> Round:
+    """Lay out the round in hand around another fit, its noise as it was."""
+    return replace(lay_out(hand.stand, hand.tools, fitted), torque=hand.torque)
+
+
 def settle(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array) -> Round:
     """Fit the knobs and estimate the process noise in turns, from coarse to fine."""
     near = process_noise(stand, [e[0] for e in stand.innovations([model])], floor)

@@ -11,7 +11,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import KNOB_COST, Contest, missing, size_of, without
 from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed
-from gsfdi.reconcile.hand import Round, is_sensor, lay_out, with_term
+from gsfdi.reconcile.hand import Round, around, is_sensor, with_term
 from gsfdi.reconcile.knobs import plausible, term_knobs
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, allowed, refined_onset
@@ -200,7 +200,7 @@ def names(
         ]
         own = _prior(use, shelf_terms, hand)
         if odds and max(odds) > own + 0.1 and swaps < 3:
-            hand = replace(lay_out(hand.stand, hand.tools, rows[int(np.argmax(odds))][1]), torque=hand.torque)
+            hand = around(hand, rows[int(np.argmax(odds))][1])
             swaps += 1
             place, found = given, []
             continue
@@ -222,8 +222,7 @@ def names(
     nothing = [given + i for i, name in enumerate(found) if is_nothing(name, shelf_terms[name.use.term])]
     if not nothing:
         return hand, found
-    bare = replace(lay_out(hand.stand, hand.tools, without(hand, nothing[0])), torque=hand.torque)
-    return names(bare, given, contests, shelf_terms)
+    return names(around(hand, without(hand, nothing[0])), given, contests, shelf_terms)
 
 
 def is_nothing(name: Name, term: PhysicsTerm) -> bool:
@@ -253,7 +252,7 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
         ]
         if not trivial:
             return hand
-        hand = replace(lay_out(hand.stand, hand.tools, trials[trivial[0]]), torque=hand.torque)
+        hand = around(hand, trials[trivial[0]])
     return hand
 
 

@@ -186,7 +186,7 @@ def signals_of(component: str | None, stand: Bench) -> list[str]:
     position = CHANNELS["position"].column(axis)
     speed = CHANNELS["motor_velocity"].column(axis)
     if component == "sensor":
-        return [position, speed] if 1 in stand.system.rows else [position]
+        return [position, speed] if stand.sees_speed else [position]
     if component in ("gearbox", "link"):
         return [effort, position]
     return [effort]

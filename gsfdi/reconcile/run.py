@@ -58,7 +58,7 @@ def is_noise(
 ) -> bool:
     """Whether a faint winner may be the work of the effort's own noise, known only where the law gives the effort."""
     winner = contest.winner
-    if winner is None or merit(winner) > PLAIN or settled.level > 0 or 1 in first.stand.system.rows:
+    if winner is None or merit(winner) > PLAIN or settled.level > 0 or first.stand.sees_speed:
         return False
     return is_imitated(first, nominal, winner, terms[winner.offer.term])
 
