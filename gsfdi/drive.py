@@ -1,7 +1,7 @@
 """What drives a replay: the recorded command and measurements, and the clock that they make."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +47,12 @@ class Drive:
     def t(self) -> Array:
         """Time of the samples (n,) [s]."""
         return self.signals.t
+
+    def told(self, lever: float) -> "Drive":
+        """Say that the speed was told by the recorded effort, `lever` [rad/s] per unit of it, and all of the start."""
+        events = self.clock.events.copy()
+        events[:, layout.LEVER] = lever
+        return replace(self, clock=self.clock._replace(events=events), start=self.start._replace(integral=0.0))
 
 
 def drive_of(record: JointRecord, model: JointModel) -> Drive:
@@ -144,5 +150,6 @@ def clock_of(signals: Signals, period: float | None) -> Clock:
     events[:, layout.EFFORT] = signals.effort[before]
     events[:, layout.POSITION] = np.where(record >= 0, signals.position[before], np.nan)
     events[:, layout.VELOCITY] = np.where(record >= 0, signals.velocity[before], np.nan)
+    events[:, layout.LEVER] = 0.0
     events[:, layout.TEMPERATURE] = np.interp(time, t, signals.temperature)
     return Clock(events, np.empty((0, 2)), np.zeros(2))

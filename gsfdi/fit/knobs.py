@@ -8,18 +8,28 @@ import numpy as np
 from gsfdi.model import JointModel
 from gsfdi.types import Array
 
-START = -2
-"""Place of a wind-up with which a stretch of a `Started` model begins."""
+START, INTEGRAL = -2, -3
+"""Places of the wind-up and of the controller's integral part with which a stretch of a `Started` model begins."""
+
+BEGINS = {START: "windups", INTEGRAL: "integrals"}
 
 
 @dataclass(frozen=True, slots=True)
 class Started(JointModel):
-    """A model with the wind-up that each stretch begins with, beyond what balances the first effort [rad].
+    """A model with what each stretch begins with: wind-up beyond what balances the first effort [rad], integral part.
 
-    No sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter.
+    No sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter, and so
+    is the integral part of the controller that told a speed, beyond what was assumed of it.
     """
 
     windups: tuple[float, ...] = ()
+    integrals: tuple[float, ...] = ()
+
+    def beginning(self, name: str, stretch: int, value: float) -> "Started":
+        """Give the same model with one of these numbers at `value`."""
+        row = list(getattr(self, name))
+        row[stretch] = value
+        return replace(self, **{name: tuple(row)})  # type: ignore[arg-type]  # mypy cannot tell which field it is
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +39,8 @@ class Knob:
     Parameters
     ----------
     place : int
-        Index of the term in the model's physics; -1 for a number of the linear plant, -2 for the wind-up with which a
-        stretch of a :class:`Started` model begins.
+        Index of the term in the model's physics; -1 for a number of the linear plant, `START` or `INTEGRAL` for that
+        with which a stretch of a :class:`Started` model begins.
     name : str
         Field of the plant, or parameter of the term.
     scale : float
@@ -51,8 +61,8 @@ class Knob:
 
     def read(self, model: JointModel) -> float:
         """Read the knob's value off `model`."""
-        if self.place == START:
-            return float(model.windups[int(self.name)]) if isinstance(model, Started) else 0.0
+        if self.place in BEGINS:
+            return float(getattr(model, BEGINS[self.place])[int(self.name)]) if isinstance(model, Started) else 0.0
         if self.place < 0:
             return float(getattr(model.plant, self.name))
         use = model.physics[self.place]
@@ -63,9 +73,8 @@ class Knob:
     def turn(self, model: JointModel, value: float) -> JointModel:
         """Give `model` with this knob at `value`, kept within its bounds."""
         value = float(min(max(value, self.low), self.high))
-        if self.place == START and isinstance(model, Started):
-            row = int(self.name)
-            return replace(model, windups=(*model.windups[:row], value, *model.windups[row + 1 :]))
+        if self.place in BEGINS and isinstance(model, Started):
+            return model.beginning(BEGINS[self.place], int(self.name), value)
         if self.place < 0:
             return replace(model, plant=replace(model.plant, **{self.name: value}))
         use = model.physics[self.place]

@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
+from scipy.interpolate import CubicSpline
 
 from gsfdi.channels import CHANNELS, Axis
 from gsfdi.proof.effects import SLOT, SLOTS, WIDTH
@@ -211,7 +212,7 @@ def stamped_late(t: Array, traces: Array, noise: Array, late: Effect) -> Array:
     when = t - late.values["delay_s"]
     for column in (0, 1):
         clean = traces[:, column] - noise[:, column]
-        out[:, column] = np.interp(when, t, clean) + noise[:, column]
+        out[:, column] = CubicSpline(t, clean)(np.maximum(when, t[0])) + noise[:, column]
     before = t < (late.onset if late.onset is not None else -np.inf)
     out[before] = traces[before]
     return out

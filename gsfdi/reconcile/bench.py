@@ -82,6 +82,8 @@ class Bench:
     """Errors ``(n, 2)`` of sensors so coarse that their error is no white noise, as they would be on this motion."""
     window: tuple[float, float] = HOLD_OUT
     """Part of the time that is kept for judging, as shares."""
+    lever: float = 0.0
+    """Speed per unit of effort, where the speed was told by the effort (see `told`)."""
 
     def innovations(self, models: Sequence[JointModel]) -> list[Array]:
         """Innovations ``(m, n, 2)`` of each model, by record; NaN where a channel is missing."""
@@ -128,7 +130,8 @@ class Bench:
         variances = [float("inf")] * 2
         for row, variance in zip(self.system.rows, self.system.R, strict=True):
             variances[row] = float(variance)
-        system = observed(model, self.scales.period, (variances[0], variances[1]))
+        shared = shared_noise(self.model, self.records[0].effort, self.lever)
+        system = observed(model, self.scales.period, (variances[0], variances[1]), shared)
         return replace(self, system=system, gain=steady_gain(system, spread), spread=spread)
 
     def white(self, innovations: Sequence[Array], whiteners: Sequence[Whitener]) -> Array:
@@ -158,8 +161,8 @@ class Bench:
 
     @property
     def sees_speed(self) -> bool:
-        """Whether a speed is measured beside the position."""
-        return 1 in self.system.rows
+        """Whether a speed is logged beside the position."""
+        return 1 in self.system.rows and self.lever == 0
 
     @property
     def held_out(self) -> tuple[float, float]:
@@ -183,11 +186,12 @@ def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:
         if isinstance(model, Started) and model.windups:
             row[0] -= model.windups[stretch]
             row[2] += model.windups[stretch]
+            row[4] += model.integrals[stretch]
     return found
 
 
-def bench(records: Sequence[JointRecord], model: JointModel) -> Bench:
-    """Set up the bench for `records` of the joint that `model` describes."""
+def bench(records: Sequence[JointRecord], model: JointModel, lever: float = 0.0) -> Bench:
+    """Set up the bench for `records` of the joint that `model` describes; for `lever` see `Bench`."""
     usable = [r for r in records if {"position", r.effort} <= set(r.channels) and len(r.t) >= 50]
     if not usable:
         subject = records[0].source if records else model.name
@@ -196,12 +200,14 @@ def bench(records: Sequence[JointRecord], model: JointModel) -> Bench:
         )
     period = float(np.median(np.concatenate([np.diff(r.t) for r in usable])))
     variances = sensor_variances(usable, model)
-    system = observed(model, period, variances)
+    system = observed(model, period, variances, shared_noise(model, usable[0].effort, lever))
     scales = scales_of(usable, model, period)
     spread = np.full(system.Bt.shape[1], 0.2 * scales.torque)
     gain = steady_gain(system, spread)
     whole = tuple(stretch for r in usable for stretch in stretches(r, period, 2 * WARM_UP))
     drives = tuple(drive_of(r, model) for r in whole)
+    if lever > 0:
+        drives = tuple(d.told(lever) for d in drives)
     steps = tuple(steps_of(r.t, period) for r in whole)
     seen = (np.column_stack([r["position"], measured_velocity(r, model)])[:, list(system.rows)] for r in whole)
     present: tuple[Mask, ...] = tuple(np.asarray(np.isfinite(values).all(axis=1)) for values in seen)
@@ -218,8 +224,19 @@ def bench(records: Sequence[JointRecord], model: JointModel) -> Bench:
         present=present,
         shaken=tuple(shaken_of(r, scales) for r in whole),
         scales=scales,
+        lever=lever,
     )
     return replace(stand, grains=grain_errors(stand))
+
+
+def shared_noise(model: JointModel, effort: str, lever: float) -> float:
+    """Covariance of the noise of a speed that the effort told with that of the drive's torque [N m rad/s]."""
+    return lever * drive_gain(model, effort) * model.sensors.effort_noise**2
+
+
+def drive_gain(model: JointModel, effort: str) -> float:
+    """Torque at the output [N m] per unit of the drive's effort."""
+    return 1.0 if effort == "drive_torque" else model.plant.gear_ratio * model.plant.torque_constant
 
 
 def grain_errors(stand: Bench) -> tuple[Array, ...]:

@@ -17,7 +17,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.contract import levels
-from gsfdi.reconcile.doubted import estimated, moot_terms
+from gsfdi.reconcile.doubted import moot_terms
 from gsfdi.reconcile.hand import Round, around, from_below, is_sensor, likelier, settle, started, with_term
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
@@ -52,6 +52,8 @@ CHANCE = 0.005
 """Probability that chance alone makes one of all offers a winner."""
 UNPROMISED = 2.0
 """How many times what the regression promised a faint finalist may gain."""
+OF_THE_LAW = frozenset({"current_gain", "velocity_bias", "velocity_gain"})
+"""Terms that say no more, where the law told the speed, than that the law is another."""
 KNOB_COST = 4.0
 """Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""
 
@@ -67,16 +69,16 @@ class Contest:
 
 
 def compete(
-    stand: Bench, model: JointModel, shelf_terms: Mapping[str, PhysicsTerm], level: float = 0.0, most: int = 3
+    first: Round, model: JointModel, shelf_terms: Mapping[str, PhysicsTerm], level: float = 0.0, most: int = 3
 ) -> tuple[Round, Round, list[Contest]]:
     """Let terms join the model until chance explains the best of what is left.
 
     Parameters
     ----------
-    stand : Bench
-        The recordings, set up for replays.
+    first : Round
+        Where the competition starts: parameters only (see `opening`).
     model : JointModel
-        Where the competition starts: the nominal model, its contract with the recordings settled.
+        The nominal model that was opened with, its contract with the recordings settled.
     shelf_terms : mapping of str to PhysicsTerm
         Terms that may compete.
     level : float
@@ -92,20 +94,23 @@ def compete(
         The model with every term that won.
     list of Contest
     """
-    shelf_terms = {name: term for name, term in shelf_terms.items() if name not in moot_terms(model)}
-    model = estimated(stand, model, effort_floor(stand))
-    if level > 0:
-        shelf_terms = beside_the_law(shelf_terms)
-    first = opening(stand, model, level)
-    window = typical_window(stand, first.innovations)
-    if window != stand.window:
-        first = opening(replace(stand, window=window), model, level)
+    shelf_terms = possible(first.stand, shelf_terms, level)
+    window = typical_window(first.stand, first.innovations)
+    if window != first.stand.window:
+        first = opening(replace(first.stand, window=window), model, level)
     first, hand, contests = rounds(first, shelf_terms, len(model.physics), most)
     window = dating_window(first.stand, hand.fitted.model.physics[len(model.physics) :])
     if window != first.stand.window:
-        first = opening(replace(stand, window=window), model, level)
+        first = opening(replace(first.stand, window=window), model, level)
         return rounds(first, shelf_terms, len(model.physics), most)
     return first, hand, contests
+
+
+def possible(stand: Bench, shelf_terms: Mapping[str, PhysicsTerm], level: float) -> dict[str, PhysicsTerm]:
+    """Terms that say something on this bench; for `level` see `compete`."""
+    moot = moot_terms(stand.model) | (OF_THE_LAW if stand.lever > 0 else frozenset())
+    terms = {name: term for name, term in shelf_terms.items() if name not in moot}
+    return beside_the_law(terms) if level > 0 else terms
 
 
 def rounds(
@@ -325,11 +330,12 @@ def _bar(entry: Entry, inflation: float, trials: int) -> float:
 
 def settled_onset(hand: Round, floor: Array) -> Round:
     """Move the onset of the last term under the noise that now suits it, a wrong one being noise itself."""
-    width = hand.stand.scales.seconds / ONSETS / 4
-    fitted = refined_onset(hand, hand.fitted, len(hand.fitted.model.physics) - 1, width)
-    if fitted.cost > hand.fitted.cost - KNOB_COST:
-        return hand
-    return settle(hand.stand, fitted.model, fitted.knobs, floor)
+    for width in hand.stand.scales.seconds / ONSETS / np.array([1.0, 2.0, 4.0]):
+        fitted = refined_onset(hand, hand.fitted, len(hand.fitted.model.physics) - 1, width)
+        if fitted.cost > hand.fitted.cost - KNOB_COST:
+            return hand
+        hand = settle(hand.stand, fitted.model, fitted.knobs, floor)
+    return hand
 
 
 def matters(hand: Round, entry: Entry) -> bool:

@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.bench import Bench, bench
@@ -11,7 +13,8 @@ from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.law import LawCheck, check_law
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.sensing import grain_of
-from gsfdi.reconcile.sheet import LawFinding
+from gsfdi.reconcile.sheet import LawFinding, joined
+from gsfdi.reconcile.told import GAINS, is_telling, told
 from gsfdi.types import JointRecord
 
 
@@ -43,14 +46,31 @@ class Settled:
     level: float = 0.0
 
 
-def settle_contract(records: Sequence[JointRecord], model: JointModel, without: Sequence[str]) -> Settled:
-    """Check the law and the values, and set up the bench with what they say."""
+def settle_contract(
+    records: Sequence[JointRecord], model: JointModel, without: Sequence[str], beyond: Sequence[LawFinding] = ()
+) -> Settled:
+    """Check the law and the values, and set up the bench with what they say.
+
+    Parameters
+    ----------
+    records : sequence of JointRecord
+    model : JointModel
+    without : sequence of str
+        Terms that must not be found.
+    beyond : sequence of LawFinding
+        What else is known to be wrong of a law that tells the speed (see `gsfdi.reconcile.gains`).
+    """
     logged = stand = bench(records, model)
     coarse = None if "quantisation" in without else coarseness(stand)
     # slopes of coarse positions are no speed to hold a law against
     law = None if coarse is not None and not stand.sees_speed else check_law(stand.records, model)
     if law is not None:
         law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
+    telling = law is not None and not stand.sees_speed and is_telling(law, model)
+    if law is not None and telling:
+        law = reduce(
+            corrected_law, beyond, replace(law, findings=tuple(f for f in law.findings if f.term not in GAINS))
+        )
     new = model
     if law is not None and model.controller is not None and law.derivative_delay > 0:
         new = replace(model, controller=replace(model.controller, derivative_delay=law.derivative_delay))
@@ -68,9 +88,21 @@ def settle_contract(records: Sequence[JointRecord], model: JointModel, without: 
         level = level_doubt(stand)
         new = replace(new, physics=(*new.physics, *levels(stand)))
         new = replace(new, sensors=replace(new.sensors, effort_noise=0.0, effort_resolution=0.0))
+    telling = telling and exact is None and law is not None and law.derivative_delay == 0
+    heard = told(stand.records, new) if telling else None
+    if heard is not None:
+        exact, new = heard.records, heard.model
     if exact is not None or new is not model:
-        stand = replace(bench(exact or records, new), count=stand.count)  # stretches of a recording are no recordings
+        lever = heard.lever if heard is not None else 0.0
+        stand = replace(bench(exact or records, new, lever), count=stand.count)  # stretches are no recordings
     return Settled(stand, logged, new, law, coarse, level)
+
+
+def corrected_law(law: LawCheck, finding: LawFinding) -> LawCheck:
+    """Add to what was found of a law; the age of its speed is no fault but part of it."""
+    if finding.term == "derivative_delay":
+        return replace(law, derivative_delay=finding.values["delay_s"])
+    return replace(law, findings=joined(law.findings, finding))
 
 
 def levels(stand: Bench) -> list[TermUse]:
@@ -112,8 +144,8 @@ def advanced(record: JointRecord, late: float) -> JointRecord:
             good = np.isfinite(values)
             near = np.interp(t + late, record.t, good.astype(float)) > 0.99
             channels[name] = (
-                np.where(near, np.interp(t + late, record.t[good], values[good]), np.nan)
-                if good.any()
+                np.where(near, CubicSpline(record.t[good], values[good])(t + late), np.nan)
+                if good.sum() > 3
                 else values[keep]
             )
         else:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gsfdi.fit import START, Knob
+from gsfdi.fit import INTEGRAL, START, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.bench import Bench
@@ -32,11 +32,16 @@ def plant_knobs(model: JointModel, effort: str) -> list[Knob]:
 
 
 def start_knobs(stand: Bench) -> list[Knob]:
-    """Knobs of the wind-up with which each stretch begins."""
-    if stand.model.structure == "rigid":
-        return []
-    size = stand.scales.windup
-    return [Knob(START, str(i), size, -20 * size, 20 * size, 0.0, 2 * size) for i in range(len(stand.records))]
+    """Knobs of what each stretch begins with: wind-up, and the integral part of a controller that told the speed."""
+    sizes = {START: stand.scales.windup if stand.model.structure == "flexible" else 0.0}
+    if stand.lever > 0:
+        sizes[INTEGRAL] = float(np.sqrt(stand.system.R[1])) / stand.lever
+    return [
+        Knob(place, str(i), size, -20 * size, 20 * size, 0.0, 2 * size)
+        for place, size in sizes.items()
+        if size > 0
+        for i in range(len(stand.records))
+    ]
 
 
 def _believed(place: int, name: str, value: float, share: float) -> Knob:

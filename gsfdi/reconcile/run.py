@@ -13,10 +13,11 @@ from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.calibrate import by_chance
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.compete import PLAIN, Contest, all_offers, compete, merit, undecided
-from gsfdi.reconcile.contract import Settled, levels, settle_contract
+from gsfdi.reconcile.contract import Settled, levels
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
 from gsfdi.reconcile.entries import groups_of, law_entries, parameters_of, shift_entries, smallest_seen, term_entries
 from gsfdi.reconcile.evidence import evidence_of
+from gsfdi.reconcile.gains import settle_law
 from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.judge import names
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
@@ -44,8 +45,8 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
         says = "The joint stands still in these recordings: nothing can be told from them. Record a motion."
         return nothing_told(records[0].joint, says)
     terms = {name: term for name, term in shelf("gsfdi.terms", PhysicsTerm).items() if name not in without}
-    settled = settle_contract(records, model, without)
-    first, hand, contests = compete(settled.stand, settled.model, terms, settled.level)
+    settled, opened, first = settle_law(records, model, terms, without)
+    first, hand, contests = compete(first, opened, terms, settled.level)
     if is_noise(first, contests[0], settled, model, terms):
         offers = all_offers(first, terms, len(settled.model.physics))
         hand, contests = first, [undecided(first, screen(first, offers), contests[0].entries, terms)]
@@ -58,7 +59,7 @@ def is_noise(
 ) -> bool:
     """Whether a faint winner may be the work of the effort's own noise, known only where the law gives the effort."""
     winner = contest.winner
-    if winner is None or merit(winner) > PLAIN or settled.level > 0 or first.stand.sees_speed:
+    if winner is None or merit(winner) > PLAIN or settled.level > 0 or 1 in first.stand.system.rows:
         return False
     return is_imitated(first, nominal, winner, terms[winner.offer.term])
 

@@ -1,7 +1,7 @@
 """A controller's law laid out over a recording: what each of its parts asks for, sample by sample."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,18 @@ class LawFinding:
     gain: float
     share: float
     spread: float
+
+
+def joined(findings: Sequence[LawFinding], new: LawFinding) -> tuple[LawFinding, ...]:
+    """Add a finding to those before it; one of the same term makes that more exact."""
+    for place, old in enumerate(findings):
+        if old.term == new.term:
+            values = {
+                name: old.values[name] * value if name == "ratio" else old.values[name] + value
+                for name, value in new.values.items()
+            }
+            return (*findings[:place], replace(old, values=values, spread=new.spread), *findings[place + 1 :])
+    return (*findings, new)
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,6 +78,8 @@ def twin_of(first: Round, nominal: JointModel, seed: int = SEED) -> Round | None
             shown = simulate_record(own, replay=record, seed=seed)
         except UnusableInputError:  # no controller, or one under which this model runs away
             return None
-        records.append(replace(shown, channels={k: shown[k] for k in shown.channels if k in record.channels}))
+        speeds = ("motor_velocity", "joint_velocity") if first.stand.lever > 0 else ()
+        kept = {k: shown[k] for k in shown.channels if k in record.channels and k not in speeds}
+        records.append(replace(shown, channels=kept))
     settled = settle_contract(records, own, ())
     return opening(settled.stand, settled.model, settled.level)

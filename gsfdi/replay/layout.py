@@ -15,7 +15,7 @@ ADDRESS, ONSET, PARAMS, TERM_WIDTH = 0, 1, 2, 6
 # A row of the clock: what an event brings. RECORD is the number of the sample, -1 where the event is a tick only;
 # RESTART the row of the state to restart from, else -1.
 TIME, TICK, RECORD, RESTART, SETPOINT, RATE, FEEDFORWARD, EFFORT = range(8)
-POSITION, VELOCITY, TEMPERATURE, EVENT_WIDTH = range(8, 12)
+POSITION, VELOCITY, TEMPERATURE, LEVER, EVENT_WIDTH = range(8, 13)
 
 # A row of the states, by event: motion, the integral part of the controller, the effort that flows.
 INTEGRAL, FLOWING, STATE_WIDTH = 4, 5, 6

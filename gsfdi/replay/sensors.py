@@ -6,7 +6,7 @@ import numpy as np
 
 from gsfdi.replay import layout as at
 from gsfdi.replay.compiling import compiled, inlined
-from gsfdi.replay.laws import any_in, mapped, see, total
+from gsfdi.replay.laws import any_in, mapped, see, total, unmapped
 
 
 @inlined
@@ -60,6 +60,10 @@ def show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, 
         shown[sample, at.INNOVATION + i] = np.nan
         if mode >= at.PREDICT:
             shown[sample, at.INNOVATION + i] = clock[now, at.POSITION + i] - v[source, i]
+            if i == 1 and clock[now, at.LEVER] > 0:  # the speed was told by an effort that its sensor shows otherwise
+                effort = clock[now, at.EFFORT]
+                effort += v[at.MEMORY, 0] - unmapped(at.CURRENT_SENSOR, model, m, states, effort)
+                shown[sample, at.INNOVATION + i] += clock[now, at.LEVER] * effort
             if math.isfinite(clock[now, at.POSITION + i]):
                 for n in range(4):
                     v[at.X, n] += gain[n, i] * shown[sample, at.INNOVATION + i]

@@ -28,9 +28,11 @@ class Observed(NamedTuple):
     C: Array
     R: Array
     rows: tuple[int, ...]
+    common: Array
+    """(n, p) what the noise of each channel tells of the drive's over the next step, in units of the state."""
 
 
-def observed(model: JointModel, step: float, variances: tuple[float, float]) -> Observed:
+def observed(model: JointModel, step: float, variances: tuple[float, float], shared: float = 0.0) -> Observed:
     """Discretise the linear part of `model` at `step` [s] for the channels whose variance is finite.
 
     Parameters
@@ -39,6 +41,8 @@ def observed(model: JointModel, step: float, variances: tuple[float, float]) -> 
         Its plant, with those of its terms that are linear.
     variances : tuple of float
         Variance of position [rad²] and of motor velocity [(rad/s)²]; infinite where the channel is missing.
+    shared : float
+        Covariance of the speed's noise with that of the drive's torque until the next sample [N m rad/s].
     """
     joint = matrices(linear_plant(model))
     A = joint.A.copy()
@@ -58,7 +62,11 @@ def observed(model: JointModel, step: float, variances: tuple[float, float]) -> 
         C[1, 1] = 1.0  # a rigid joint's motor velocity is its joint velocity
     rows = tuple(i for i, variance in enumerate(variances) if np.isfinite(variance))
     C = np.ascontiguousarray(C[list(rows)])
-    return Observed(np.ascontiguousarray(Ad), np.ascontiguousarray(Bt), C, np.array([variances[i] for i in rows]), rows)
+    R = np.array([variances[i] for i in rows])
+    common = np.zeros((len(Ad), len(rows)))
+    if 1 in rows:
+        common[:, rows.index(1)] = Bt[:, 0] * shared / R[rows.index(1)]
+    return Observed(np.ascontiguousarray(Ad), np.ascontiguousarray(Bt), C, R, rows, common)
 
 
 def linear_plant(model: JointModel) -> Plant:

@@ -74,27 +74,35 @@ def whitener(
     Q = np.ascontiguousarray((system.Bt * np.square(torque)) @ system.Bt.T)
     push = np.outer(system.Bt[:, 0], system.Bt[:, 0])
     shake = np.zeros(len(steps)) if shaken is None else shaken**2
-    K, W, logdet = _gains(system.Ad, Q, system.C, np.diag(system.R), doubt, steps, present, push, shake)
+    K, W, logdet = _gains(system.Ad, Q, system.C, np.diag(system.R), system.common, doubt, steps, present, push, shake)
     p = len(system.rows)
     return Whitener(system, base, K, W, logdet, steps, np.zeros((p, 0)), np.ones(p))
 
 
 @numba.njit(cache=True)
-def _gains(Ad, Q, C, R, P0, steps, present, push, shake):  # type: ignore[no-untyped-def]
-    """Gains and inverse Cholesky factors of the innovations' covariance, sample by sample; 0 steps starts anew."""
+def _gains(Ad, Q, C, R, common, P0, steps, present, push, shake):  # type: ignore[no-untyped-def]
+    """Gains and inverse Cholesky factors of the innovations' covariance, sample by sample; 0 steps starts anew.
+
+    What a sample tells of the drive's noise until the next one (`common`) joins its gain.
+    """
     n, nx, p = steps.size, Ad.shape[0], C.shape[0]
     K, W, logdet = np.zeros((n, nx, p)), np.zeros((n, p, p)), np.zeros(n)
     P, left, PC, work = P0.copy(), np.zeros((nx, nx)), np.zeros((nx, p)), np.zeros((nx, nx))
     settled, before = 0, np.inf
+    apart = (
+        Ad - common @ C
+    )  # of what a sample leaves unknown of the state, it knows the drive's noise to hold that much
+    ahead, calm = np.linalg.solve(Ad, common), Q - common @ R @ common.T
     for k in range(n):
         if steps[k] == 0:
             P[:] = P0
             settled = 0
         else:
             settled = settled if steps[k] == 1 and shake[k] == 0 else 0
-            for _ in range(steps[k] if settled < 3 else 0):
-                _between(Ad, P, work)
-                P += Q
+            for i in range(steps[k] if settled < 3 else 0):
+                told = i == 0 and present[k - 1]
+                _between(apart if told else Ad, P, work)
+                P += calm if told else Q
             if shake[k] > 0:
                 P += shake[k] * push
         if not present[k]:
@@ -110,6 +118,7 @@ def _gains(Ad, Q, C, R, P0, steps, present, push, shake):  # type: ignore[no-unt
             for b in range(nx):
                 for i in range(p):
                     P[a, b] += K[k, a, i] * R[i, i] * K[k, b, i]
+        K[k] += ahead - ahead @ (C @ K[k])
         if abs(logdet[k] - before) < 1e-10 and k % 50 == 0:
             settled += 1
         if k % 50 == 0:

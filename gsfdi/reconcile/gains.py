@@ -1,0 +1,143 @@
+"""The controller's gains where the law tells the speed: held against everything that physics could do instead.
+
+A gain that is off puts its part of the law into the told speed and nowhere else, where physics moves the joint itself.
+So gains known to a part in ten thousand compete with all terms in one regression. They come first where both could be.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gsfdi.model import JointModel
+from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile.bench import drive_gain, starts
+from gsfdi.reconcile.compete import all_offers, opening, possible
+from gsfdi.reconcile.contract import Settled, settle_contract
+from gsfdi.reconcile.doubted import estimated
+from gsfdi.reconcile.hand import Round, orthonormal
+from gsfdi.reconcile.law import SURE
+from gsfdi.reconcile.noise import effort_floor
+from gsfdi.reconcile.screen import screen
+from gsfdi.reconcile.sheet import LawFinding
+from gsfdi.simulate import replay_many
+from gsfdi.types import Array, JointRecord
+from gsfdi.whiten import observed, respond, steady_gain
+
+ALIKE = 0.98
+"""Share of what the best term gains from which a gain could be it as well, and comes first."""
+QUIET, CALM = 3.0, 1e-3
+"""Torque that the observer of the speed expects to be missing: over that of the effort's noise, over the drive's."""
+MOST = 4
+"""Corrections at most, of the same number or of another."""
+CLOCKS = ("timestamp_latency", "derivative_delay")
+"""What of the law is no gain but a time [s]; it must account for more than any term does."""
+
+
+def settle_law(
+    records: Sequence[JointRecord], model: JointModel, terms: Mapping[str, PhysicsTerm], without: Sequence[str]
+) -> tuple[Settled, JointModel, Round]:
+    """Settle the contract, gains that only a told speed shows included, and open with the model that this gives."""
+    beyond: list[LawFinding] = []
+    for correction in range(MOST + 1):
+        settled = settle_contract(records, model, without, beyond)
+        opened = estimated(settled.stand, settled.model, effort_floor(settled.stand))
+        first = opening(settled.stand, opened, settled.level)
+        finding = wrong_gain(first, terms, len(settled.model.physics)) if correction < MOST else None
+        if finding is None or finding.term in without:
+            break
+        anew = finding.term in CLOCKS and finding.term not in {f.term for f in beyond}  # gains stood in for it
+        beyond = [finding] if anew else [*beyond, finding]
+    return fitted_gains(settled, first), opened, first
+
+
+def fitted_gains(settled: Settled, first: Round) -> Settled:
+    """Read off the fit what it made of a gain that is in the model, too."""
+    if settled.law is None or settled.stand.lever == 0:
+        return settled
+    fitted = {use.term: use.values for use in first.fitted.model.physics}
+    findings = tuple(replace(f, values=fitted.get(f.term, f.values)) for f in settled.law.findings)
+    return replace(settled, law=replace(settled.law, findings=findings))
+
+
+def wrong_gain(first: Round, terms: Mapping[str, PhysicsTerm], given: int) -> LawFinding | None:
+    """Find what of the law accounts for more than any term does; None where nothing does, or no speed was told."""
+    if first.stand.lever == 0:
+        return None
+    best: LawFinding | None = None
+    J, residual = orthonormal(first), first.fitted.residual
+    for term, column in columns(first).items():
+        bare = column - J @ (J.T @ column)
+        info = float(bare @ bare)
+        if info <= 0:
+            continue
+        size = float(bare @ residual) / info
+        gain = 0.5 * size**2 * info
+        if gain > (best.gain if best else SURE):
+            share = 2 * gain / float(residual @ residual)
+            best = LawFinding(term, valued(term, size), None, gain, share, info**-0.5)
+    if best is None:
+        return None
+    rivals = screen(first, all_offers(first, possible(first.stand, terms, 0.0), given)).entries
+    enough = 1.0 if best.term in CLOCKS else ALIKE
+    return best if not rivals or best.gain > enough * rivals[0].linear else None
+
+
+def valued(term: str, size: float) -> dict[str, float]:
+    """Give the number of a finding from the size in which its column was found."""
+    if term in CLOCKS:
+        return {"delay_s": size}
+    return {"ratio": 1 - size if term in ("controller_proportional", "controller_integral") else 1 / (1 + size)}
+
+
+def columns(first: Round) -> dict[str, Array]:
+    """White innovations that each part of the law leaves where it is off, by term, without the sensors' noise."""
+    stand, model = first.stand, first.fitted.model
+    drive = drive_gain(model, stand.records[0].effort)
+    there = {use.term for use in model.physics}
+    found: dict[str, list[Array]] = {}
+    for i, (record, speed) in enumerate(zip(stand.records, speeds(first), strict=True)):
+        for term, sensed in off_by(record, model, speed, stand.lever).items():
+            torque = np.zeros((1, len(record.t), stand.system.Bt.shape[1]))
+            if term == "current_gain":  # that sensor drives the model, too
+                torque[0, :, 0] = sensed[:, 1] / stand.lever * drive
+            shown = respond(
+                stand.system, stand.gain, np.nan_to_num(torque), np.nan_to_num(sensed)[None], stand.steps[i]
+            )
+            shown[:, ~stand.present[i]] = np.nan
+            found.setdefault(term, []).append(first.tools[i](shown)[0] * stand.awake(i))
+    return {term: np.concatenate(parts) for term, parts in found.items() if term not in there}
+
+
+def off_by(record: JointRecord, model: JointModel, speed: Array, lever: float) -> dict[str, Array]:
+    """Errors ``(n, 2)`` of position and told speed by what is wrong of the law, per unit of it."""
+    law, t, present = model.controller, record.t, np.isfinite(record["position"])
+    assert law is not None
+    position = np.interp(t, t[present], record["position"][present])
+    rate = record["setpoint_rate"] if "setpoint_rate" in record else np.gradient(record["setpoint"], t)
+    error = record["setpoint"] - position
+    growth = 0.5 * (error[1:] + error[:-1]) * np.diff(t)
+    parts = {
+        "controller_proportional": law.proportional * error,
+        "controller_integral": law.integral * np.concatenate([[0.0], np.cumsum(growth)]),
+        "controller_derivative": law.derivative * (law.rate_feedforward * rate - speed),
+    }
+    parts["current_gain"] = np.sum(list(parts.values()), axis=0)
+    parts["derivative_delay"] = -law.derivative * np.gradient(speed, t)
+    parts["timestamp_latency"] = law.proportional * speed + law.integral * (position - position[0])
+    before = {"timestamp_latency": -speed}
+    return {term: np.column_stack([before.get(term, 0 * t), lever * part]) for term, part in parts.items()}
+
+
+def speeds(first: Round) -> list[Array]:
+    """Speed of the joint's side of the gear, by stretch, as an observer has it that sees the position alone."""
+    stand, model = first.stand, first.fitted.model
+    seen = observed(model, stand.scales.period, (float(stand.system.R[0]), float("inf")))
+    spread = np.maximum(QUIET * effort_floor(stand), CALM * stand.scales.torque)
+    gain = steady_gain(seen, spread)
+    found = []
+    for i, drive in enumerate(stand.drives):
+        trace = replay_many([model], drive, "predict", gain=gain, x0=starts([model], drive, i))[0]
+        turns = model.plant.gear_ratio if model.structure == "flexible" else 1.0
+        found.append((trace.motor_velocity if model.structure == "flexible" else trace.joint_velocity) / turns)
+    return found

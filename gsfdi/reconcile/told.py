@@ -1,0 +1,100 @@
+"""The speed that nobody logged, told by the controller's law: what it must have read to ask for the recorded effort.
+
+Where the law holds, every recorded effort is a measurement of the speed, with the noise of the controller's own speed
+sensor and that of the effort's over the derivative gain. Only the constant with which the integral began is unknown.
+And since the same noise of the effort is in what drives the model, it has to be told apart from process noise: a joint
+driven by a noisy recording under feedback, seen by its position alone, seems to answer too weakly, and fits blame the
+gearbox (a damping gained 10 in log-likelihood at the median of fault-free joints, and up to 24).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsfdi.model import JointModel
+from gsfdi.reconcile.clean import EXACT
+from gsfdi.reconcile.law import LawCheck
+from gsfdi.reconcile.sensing import noise_of
+from gsfdi.reconcile.sheet import Sheet, commanded, sheet_of
+from gsfdi.types import Array, JointRecord
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """Recordings with the speed that the law tells.
+
+    Parameters
+    ----------
+    records : list of JointRecord
+    model : JointModel
+        With the noise that such a speed has.
+    lever : float
+        Speed [rad/s, as the sensor would show it] per unit of effort.
+    """
+
+    records: list[JointRecord]
+    model: JointModel
+    lever: float
+
+
+GAINS = ("controller_proportional", "controller_integral", "controller_derivative", "current_gain", "position_gain")
+"""Findings of the law check that the told speed decides better."""
+
+FAR = 1.5
+"""Times the stated noise of its sensors above which a told speed is taken to be as noisy as it looks.
+
+The joint follows its sensors' noise, so that a speed looks noisier than it is."""
+
+
+def is_telling(law: LawCheck, model: JointModel) -> bool:
+    """Whether a law tells the speed that nobody logged: it brakes at once, and but for its gains it holds.
+
+    Where positions are so fine that their slopes are speed enough, the law gives the effort itself (see `clean`).
+    """
+    brakes = model.controller is not None and model.controller.derivative > 0 and law.derivative_delay == 0
+    noise = model.sensors.effort_noise
+    return (
+        brakes and 0 < EXACT * noise < law.after and all(f.term in (*GAINS, "timestamp_latency") for f in law.findings)
+    )
+
+
+def told(records: Sequence[JointRecord], model: JointModel) -> Told | None:
+    """Add the speed that the law of `model` tells to `records`; None where one of them cannot be laid out."""
+    assert model.controller is not None
+    flexible = model.structure == "flexible"
+    turns = model.plant.gear_ratio if flexible else 1.0
+    speeds = []
+    for record in records:
+        sheet = sheet_of(record, model, model.controller)
+        if sheet is None:
+            return None
+        speeds.append(turns * speed_of(record, sheet, model.controller.derivative))
+    lever = turns / model.controller.derivative
+    noise = told_noise(speeds, model, lever) * model.plant.gear_ratio / turns
+    channel = "motor_velocity" if flexible else "joint_velocity"
+    full = [
+        replace(r, channels={**{k: r[k] for k in r.channels}, channel: speed}, valid={})
+        for r, speed in zip(records, speeds, strict=True)
+    ]
+    sensors = replace(model.sensors, motor_velocity_noise=noise, motor_velocity_resolution=0.0)
+    return Told(full, replace(model, sensors=sensors), lever)
+
+
+def speed_of(record: JointRecord, sheet: Sheet, derivative: float) -> Array:
+    """Speed of the joint's side of the gear [rad/s] that the law tells, on average that of the positions."""
+    speed = (commanded(sheet, ()) - sheet.braking - sheet.effort) / derivative
+    speed = np.where(sheet.unheld, np.nan, speed)
+    whole = np.full(len(record.t), np.nan)
+    whole[np.searchsorted(record.t, sheet.t)] = speed
+    good = np.isfinite(record["position"])
+    slope = np.gradient(np.interp(record.t, record.t[good], record["position"][good]), record.t)
+    return whole - float(np.nanmean(whole - slope))
+
+
+def told_noise(speeds: Sequence[Array], model: JointModel, lever: float) -> float:
+    """Noise of told speeds: as the model states that of both sensors, unless the values show far more, or none."""
+    seen = float(np.median([noise_of(speed) for speed in speeds]))
+    stated = model.sensors.motor_velocity_noise * (1.0 if model.structure == "flexible" else 1 / model.plant.gear_ratio)
+    whole = float(np.hypot(stated, lever * model.sensors.effort_noise))
+    return whole if stated > 0 and seen < FAR * whole else seen

@@ -1,0 +1,87 @@
+"""The speed that a law tells where none is logged, and gains that only such a speed shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joints import MODEL
+
+from gsfdi.model import JointModel, TermUse
+from gsfdi.reconcile import Reconciliation, reconcile
+from gsfdi.reconcile.contract import settle_contract
+from gsfdi.reconcile.noise import effort_floor, surprise
+from gsfdi.simulate import simulate_record
+from gsfdi.types import JointRecord
+
+
+def unseen(model: JointModel, seed: int = 1) -> JointRecord:
+    """Record `model` without any speed."""
+    record = simulate_record(model, seed=seed, duration=60.0)
+    return replace(record, channels={k: v for k, v in record.channels.items() if not k.endswith("_velocity")})
+
+
+def answered(*terms: TermUse, model: JointModel = MODEL) -> Reconciliation:
+    return reconcile([unseen(replace(model, physics=terms))], MODEL)
+
+
+def test_the_law_tells_the_speed_to_within_the_noise_of_both_its_sensors() -> None:
+    true = simulate_record(MODEL, seed=1, duration=60.0)
+    stand = settle_contract([unseen(MODEL)], MODEL, ()).stand
+    assert stand.model.controller is not None
+    lever = MODEL.plant.gear_ratio / stand.model.controller.derivative
+    assert stand.lever == pytest.approx(lever)
+    off = stand.records[0]["motor_velocity"] - true["motor_velocity"]
+    assert np.std(off) == pytest.approx(lever * MODEL.sensors.effort_noise, rel=0.05)
+    assert np.sqrt(stand.system.R[1]) == pytest.approx(
+        np.hypot(np.std(off), MODEL.sensors.motor_velocity_noise), rel=0.1
+    )
+
+
+def test_innovations_are_white_and_likelier_once_the_noise_that_drive_and_speed_share_is_told_apart() -> None:
+    gains = []
+    for seed in range(3):
+        stand = settle_contract([unseen(MODEL, seed)], MODEL, ()).stand
+        floor, innovations = effort_floor(stand), [e[0] for e in stand.innovations([stand.model])]
+        white = stand.white([e[None] for e in innovations], stand.whiteners(floor))[0].reshape(-1, 2)
+        awake = white[stand.awake(0)[::2] > 0]
+        assert np.std(awake, axis=0) == pytest.approx([1.0, 1.0], abs=0.04)
+        apart = replace(stand, system=stand.system._replace(common=0 * stand.system.common))
+        gains.append(surprise(apart, innovations, floor) - surprise(stand, innovations, floor))
+    assert min(gains) > 10.0
+
+
+@pytest.mark.parametrize("name", ["proportional", "integral", "derivative"])
+def test_a_gain_is_known_to_a_fraction_of_a_thousandth(name: str) -> None:
+    law = MODEL.controller
+    assert law is not None
+    answer = answered(model=replace(MODEL, controller=replace(law, **{name: 0.98 * getattr(law, name)})))
+    (entry,) = answer.omitted_physics
+    assert entry["term"] == f"controller_{name}"
+    assert entry["parameters"]["ratio"]["value"] == pytest.approx(0.98, abs=2e-3)
+
+
+def test_a_bias_of_the_current_is_dated_although_no_speed_is_logged() -> None:
+    answer = answered(TermUse("current_bias", {"bias_a": 2e-3}, None, 25.0))
+    (entry,) = answer.omitted_physics
+    assert entry["term"] == "current_bias"
+    assert entry["onset_s"] == pytest.approx(25.0, abs=0.2)
+
+
+def test_play_of_the_teeth_is_told_from_losses_although_no_speed_is_logged() -> None:
+    answer = answered(TermUse("backlash", {"half_width_rad": 3e-5}))
+    (entry,) = answer.omitted_physics
+    assert entry["term"] == "backlash"
+    assert entry["parameters"]["half_width_rad"]["value"] == pytest.approx(3e-5, rel=0.05)
+
+
+def test_late_stamps_are_found_to_a_hundredth_of_a_tick() -> None:
+    (entry,) = answered(TermUse("timestamp_latency", {"delay_s": 0.013})).omitted_physics
+    assert entry["term"] == "timestamp_latency"
+    assert entry["parameters"]["delay_s"]["value"] == pytest.approx(0.013, abs=1e-4)
+
+
+def test_a_law_that_acts_on_an_older_speed_tells_none() -> None:
+    law = MODEL.controller
+    assert law is not None
+    answer = answered(model=replace(MODEL, controller=replace(law, derivative_delay=0.01)))
+    assert answer.omitted_physics == ()
