@@ -330,12 +330,11 @@ def _bar(entry: Entry, inflation: float, trials: int) -> float:
 
 def settled_onset(hand: Round, floor: Array) -> Round:
     """Move the onset of the last term under the noise that now suits it, a wrong one being noise itself."""
-    for width in hand.stand.scales.seconds / ONSETS / np.array([1.0, 2.0, 4.0]):
-        fitted = refined_onset(hand, hand.fitted, len(hand.fitted.model.physics) - 1, width)
-        if fitted.cost > hand.fitted.cost - KNOB_COST:
-            return hand
-        hand = settle(hand.stand, fitted.model, fitted.knobs, floor)
-    return hand
+    width = hand.stand.scales.seconds / ONSETS / 4
+    fitted = refined_onset(hand, hand.fitted, len(hand.fitted.model.physics) - 1, width)
+    if fitted.cost > hand.fitted.cost - KNOB_COST:
+        return hand
+    return settle(hand.stand, fitted.model, fitted.knobs, floor)
 
 
 def matters(hand: Round, entry: Entry) -> bool:

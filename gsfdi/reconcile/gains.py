@@ -15,10 +15,10 @@ from gsfdi.reconcile.bench import drive_gain, starts
 from gsfdi.reconcile.compete import all_offers, opening, possible
 from gsfdi.reconcile.contract import Settled, settle_contract
 from gsfdi.reconcile.doubted import estimated
-from gsfdi.reconcile.hand import Round, orthonormal
+from gsfdi.reconcile.hand import NEARLY, Round, likelier, orthonormal, settle
 from gsfdi.reconcile.law import SURE
 from gsfdi.reconcile.noise import effort_floor
-from gsfdi.reconcile.screen import screen
+from gsfdi.reconcile.screen import Entry, refit, screen
 from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.simulate import replay_many
 from gsfdi.types import Array, JointRecord
@@ -28,8 +28,10 @@ ALIKE = 0.98
 """Share of what the best term gains from which a gain could be it as well, and comes first."""
 QUIET, CALM = 3.0, 1e-3
 """Torque that the observer of the speed expects to be missing: over that of the effort's noise, over the drive's."""
-MOST = 4
-"""Corrections at most, of the same number or of another."""
+WORTH = 0.2
+"""Share of what regression promises the best term that a gain must promise to be tried."""
+MOST, FINER = 2, 3
+"""Numbers of the law that may be wrong at once, and how often each is made more exact."""
 CLOCKS = ("timestamp_latency", "derivative_delay")
 """What of the law is no gain but a time [s]; it must account for more than any term does."""
 
@@ -38,16 +40,34 @@ def settle_law(
     records: Sequence[JointRecord], model: JointModel, terms: Mapping[str, PhysicsTerm], without: Sequence[str]
 ) -> tuple[Settled, JointModel, Round]:
     """Settle the contract, gains that only a told speed shows included, and open with the model that this gives."""
-    beyond: list[LawFinding] = []
-    for correction in range(MOST + 1):
+
+    def attempt(beyond: Sequence[LawFinding]) -> tuple[Settled, JointModel, Round]:
         settled = settle_contract(records, model, without, beyond)
         opened = estimated(settled.stand, settled.model, effort_floor(settled.stand))
-        first = opening(settled.stand, opened, settled.level)
-        finding = wrong_gain(first, terms, len(settled.model.physics)) if correction < MOST else None
+        return settled, opened, opening(settled.stand, opened, settled.level)
+
+    beyond: list[LawFinding] = []
+    settled, opened, first = attempt(beyond)
+    for _ in range(MOST):
+        finding = suspect(first)
         if finding is None or finding.term in without:
             break
-        anew = finding.term in CLOCKS and finding.term not in {f.term for f in beyond}  # gains stood in for it
-        beyond = [finding] if anew else [*beyond, finding]
+        # a clock comes alone: gains stood in for it
+        anew = finding.term in CLOCKS and finding.term not in {f.term for f in beyond}
+        tried = [finding] if anew else [*beyond, finding]
+        rival = best_term(first, terms, len(settled.model.physics))
+        if rival is not None and finding.gain < WORTH * rival.linear:
+            break
+        other = attempt(tried)
+        for _ in range(FINER):
+            again = suspect(other[2])
+            if again is None or again.term != finding.term:
+                break
+            tried = [*tried, again]
+            other = attempt(tried)
+        if not is_better(finding, other[2], first, rival):
+            break
+        beyond, (settled, opened, first) = tried, other
     return fitted_gains(settled, first), opened, first
 
 
@@ -60,8 +80,8 @@ def fitted_gains(settled: Settled, first: Round) -> Settled:
     return replace(settled, law=replace(settled.law, findings=findings))
 
 
-def wrong_gain(first: Round, terms: Mapping[str, PhysicsTerm], given: int) -> LawFinding | None:
-    """Find what of the law accounts for more than any term does; None where nothing does, or no speed was told."""
+def suspect(first: Round) -> LawFinding | None:
+    """Find what of the law would account for most; None where nothing would for anything, or no speed was told."""
     if first.stand.lever == 0:
         return None
     best: LawFinding | None = None
@@ -76,11 +96,29 @@ def wrong_gain(first: Round, terms: Mapping[str, PhysicsTerm], given: int) -> La
         if gain > (best.gain if best else SURE):
             share = 2 * gain / float(residual @ residual)
             best = LawFinding(term, valued(term, size), None, gain, share, info**-0.5)
-    if best is None:
-        return None
-    rivals = screen(first, all_offers(first, possible(first.stand, terms, 0.0), given)).entries
-    enough = 1.0 if best.term in CLOCKS else ALIKE
-    return best if not rivals or best.gain > enough * rivals[0].linear else None
+    return best
+
+
+def best_term(first: Round, terms: Mapping[str, PhysicsTerm], given: int) -> Entry | None:
+    """Find the term that would account for most."""
+    return next(iter(screen(first, all_offers(first, possible(first.stand, terms, 0.0), given)).entries), None)
+
+
+def is_better(finding: LawFinding, other: Round, first: Round, rival: Entry | None) -> bool:
+    """Whether what a finding makes of the opening is likelier than what the best term makes of it, or as likely."""
+    if other.stand.lever == 0:  # the data are no longer the same
+        return rival is None or finding.gain > rival.linear
+    told = sum(float(first.stand.awake(i).sum()) / 2 for i in range(len(first.stand.records)))
+    gain = likelier(other, first) + told * float(np.log(other.stand.lever / first.stand.lever))
+    floor = effort_floor(first.stand)
+    if gain < SURE or rival is None:
+        return gain >= SURE
+    if gain > rival.linear and np.all(other.torque < NEARLY * floor):
+        return True
+    fitted = refit(first, rival).fitted
+    if fitted is None:
+        return gain > rival.linear
+    return gain > ALIKE * likelier(settle(first.stand, fitted.model, fitted.knobs, floor), first)
 
 
 def valued(term: str, size: float) -> dict[str, float]:
