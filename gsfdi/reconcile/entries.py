@@ -11,7 +11,7 @@ from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
 
 UNSEEN_SPEED = ("controller_derivative", "position_gain", "velocity_gain")
-"""What makes the law's share of a speed that nobody logged seem too large or too small."""
+"""What makes the law's share of an unlogged speed seem too large or too small, unless the rate is fed forward, too."""
 SOLE = 12.0
 """Log-likelihood that moving one parameter alone may fall short of moving all."""
 
@@ -110,8 +110,12 @@ def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
 def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
     """Sets of terms that the data cannot tell apart."""
     found = [(name.use.term, *name.close) for name in case.found if name.close]
-    if not case.stand.sees_speed and any(f.term == "controller_derivative" for f in case.findings):
+    law = case.nominal.controller
+    ahead = case.stand.lever > 0 and law is not None and law.rate_feedforward != 0
+    if not case.stand.sees_speed and not ahead and any(f.term == "controller_derivative" for f in case.findings):
         found.append(UNSEEN_SPEED)
+    if case.stand.lever > 0 and any(name.use.term == "position_gain" for name in case.found):
+        found.append(("position_gain", "velocity_gain"))  # a speed that the law told shows both
     if lone and case.nominal.structure == "rigid" and not case.nominal.physics:
         found.append(("torque_constant_change", "output_inertia_change"))
     return found

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gsfdi.drive import measured_velocity
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import drive_gain, starts
@@ -30,6 +31,8 @@ QUIET, CALM = 3.0, 1e-3
 """Torque that the observer of the speed expects to be missing: over that of the effort's noise, over the drive's."""
 WORTH = 0.2
 """Share of what regression promises the best term that a gain must promise to be tried."""
+BENDS, PLAIN_BEND = 1000, 0.9
+"""Places at which a drift is tried for a bend, and the share of it that a bend must explain."""
 MOST, FINER = 2, 3
 """Numbers of the law that may be wrong at once, and how often each is made more exact."""
 CLOCKS = ("timestamp_latency", "derivative_delay")
@@ -49,25 +52,25 @@ def settle_law(
     beyond: list[LawFinding] = []
     settled, opened, first = attempt(beyond)
     for _ in range(MOST):
-        finding = suspect(first)
-        if finding is None or finding.term in without:
-            break
-        # a clock comes alone: gains stood in for it
-        anew = finding.term in CLOCKS and finding.term not in {f.term for f in beyond}
-        tried = [finding] if anew else [*beyond, finding]
-        rival = best_term(first, terms, len(settled.model.physics))
-        if rival is not None and finding.gain < WORTH * rival.linear:
-            break
-        other = attempt(tried)
-        for _ in range(FINER):
-            again = suspect(other[2])
-            if again is None or again.term != finding.term:
-                break
-            tried = [*tried, again]
+        for finding in suspects(first):
+            rival = best_term(first, terms, len(settled.model.physics))
+            if finding.term in without or (rival is not None and finding.gain < WORTH * rival.linear):
+                continue
+            # a clock comes alone: gains stood in for it
+            anew = finding.term in CLOCKS and finding.term not in {f.term for f in beyond}
+            tried = [finding] if anew else [*beyond, finding]
             other = attempt(tried)
-        if not is_better(finding, other[2], first, rival):
+            for _ in range(FINER):
+                again = [f for f in suspects(other[2]) if f.term == finding.term]
+                if not again:
+                    break
+                tried = [*tried, *again]
+                other = attempt(tried)
+            if is_better(finding, other[2], first, rival):
+                beyond, (settled, opened, first) = tried, other
+                break
+        else:
             break
-        beyond, (settled, opened, first) = tried, other
     return fitted_gains(settled, first), opened, first
 
 
@@ -80,13 +83,11 @@ def fitted_gains(settled: Settled, first: Round) -> Settled:
     return replace(settled, law=replace(settled.law, findings=findings))
 
 
-def suspect(first: Round) -> LawFinding | None:
-    """Find what of the law would account for most; None where nothing would for anything, or no speed was told."""
-    if first.stand.lever == 0:
-        return None
+def suspects(first: Round) -> list[LawFinding]:
+    """Find what of a law that told the speed would account for most: an offset that sets in, and a gain or a clock."""
     best: LawFinding | None = None
     J, residual = orthonormal(first), first.fitted.residual
-    for term, column in columns(first).items():
+    for term, column in (columns(first) if first.stand.lever > 0 else {}).items():
         bare = column - J @ (J.T @ column)
         info = float(bare @ bare)
         if info <= 0:
@@ -96,7 +97,49 @@ def suspect(first: Round) -> LawFinding | None:
         if gain > (best.gain if best else SURE):
             share = 2 * gain / float(residual @ residual)
             best = LawFinding(term, valued(term, size), None, gain, share, info**-0.5)
-    return best
+    return [f for f in (suspect_step(first), best) if f is not None]
+
+
+def suspect_step(first: Round) -> LawFinding | None:
+    """Find a bias of the current that sets in: the told speed then drifts away from that of the positions for good.
+
+    Innovations blur it, for an observer that expects no such thing follows the told speed.
+    """
+    stand, law = first.stand, first.fitted.model.controller
+    there = "current_bias" in {use.term for use in first.fitted.model.physics}
+    found: LawFinding | None = None
+    if law is None or there or stand.lever == 0 or stand.count > 1:
+        return None
+    for record in stand.records:
+        kink, slope, share = bent(*drift_of(record, first))
+        if share > PLAIN_BEND and (found is None or share > found.share):
+            gain = 0.5 * len(record.t) * float(np.log(1.0 / max(1.0 - share, 1e-12)))
+            spread = 0.01 * abs(slope) * law.derivative
+            found = LawFinding("current_bias", {"bias_a": -slope * law.derivative}, kink, gain, share, spread)
+    return found
+
+
+def drift_of(record: JointRecord, first: Round) -> tuple[Array, Array]:
+    """Time, and the way that the told speed would have covered less that of the positions."""
+    position, speed = record["position"], measured_velocity(record, first.stand.model)
+    good = np.isfinite(position) & np.isfinite(speed)
+    t, speed = record.t[good], speed[good]
+    turns = first.stand.model.plant.gear_ratio if first.stand.model.structure == "flexible" else 1.0
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))]) / turns
+    return t, way - position[good]
+
+
+def bent(t: Array, values: Array) -> tuple[float, float, float]:
+    """Where a line with one bend fits best, how much its slope changes there, and the share that this explains."""
+    straight = np.linalg.qr(np.column_stack([np.ones(len(t)), t]))[0]
+    left = values - straight @ (straight.T @ values)
+    best = (0.0, 0.0, float(t[0]))
+    for step in range(10, len(t) - 10, max(1, len(t) // BENDS)):
+        bend = np.maximum(t - t[step], 0.0)
+        bend -= straight @ (straight.T @ bend)
+        slope = float(bend @ left) / float(bend @ bend)
+        best = max(best, (slope**2 * float(bend @ bend), slope, float(t[step])))
+    return best[2], best[1], best[0] / max(float(left @ left), 1e-300)
 
 
 def best_term(first: Round, terms: Mapping[str, PhysicsTerm], given: int) -> Entry | None:

@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import fftconvolve
 
-from gsfdi.drive import measured_velocity
 from gsfdi.fit import Fitted, Knob
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
@@ -27,8 +26,6 @@ LEAST = 20.0
 SHORT = 0.5
 """Share of the gain that theory promised short of which a refit is gone on with."""
 ONSETS = 40
-KINKS = 400
-"""Places at which a told speed is tried for a drift."""
 EARLIEST = 0.03
 """Share of the recording before which nothing sets in that was not there all along, nor after it from the end."""
 ONCE = 0.5
@@ -77,8 +74,7 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
     signatures[~(np.abs(signatures).max(axis=1) < 1e6)] = 0.0
     J = orthonormal(hand)
     late = np.linspace(EARLIEST, 1 - EARLIEST, ONSETS) * stand.scales.seconds if stand.count == 1 else np.zeros(0)
-    kink = kink_of(stand) if stand.lever > 0 and len(late) else float("nan")
-    onsets = np.unique([0.0, *late, *([kink] if np.isfinite(kink) else [])])
+    onsets = np.concatenate([[0.0], late])
     sums = tails(signatures, J, hand.fitted.residual, np.searchsorted(stand_times(stand), onsets))
     first = np.cumsum([0, *(len(offer.columns) for offer in candidates)])
     offers = tuple((offer, slice(*ends)) for offer, ends in zip(candidates, itertools.pairwise(first), strict=True))
@@ -87,40 +83,13 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
         if may_always_be(offer):
             entries.append(_entry(offer, rows, None, *(part[rows] for part in sums[0])))
         if may_set_in(offer):
-            trials = (
-                _entry(offer, rows, float(t), *(p[rows] for p in x))
-                for t, x in zip(onsets[1:], sums[1:], strict=True)
-                if offer.term != "current_bias" or np.isnan(kink) or t == kink
-            )
+            trials = (_entry(offer, rows, float(t), *(p[rows] for p in x)) for t, x in zip(late, sums[1:], strict=True))
             entries.append(max((e for e in trials if e is not None), key=lambda e: e.linear, default=None))
         if offer.term == "position_bias" and stand.count == 1:
             entries.append(stepped(hand, offer))
     bare = signatures - (signatures @ J) @ J.T
     ranked = sorted((e for e in entries if e is not None), key=lambda e: -e.linear + onset_cost(e))
     return Screening(tuple(ranked), bare, np.sum(bare**2, axis=1), offers)
-
-
-def kink_of(stand: Bench) -> float:
-    """Time at which a speed that the law told begins to drift from that of the positions, by least squares [s].
-
-    A bias of the current tells a wrong speed from its onset on. Its mark is plain in the way that the told speed would
-    have covered, and blurred in innovations, for an observer that does not expect it follows the told speed.
-    """
-    best = (0.0, float("nan"))
-    for record in stand.records:
-        position, speed = record["position"], measured_velocity(record, stand.model)
-        good = np.isfinite(position) & np.isfinite(speed)
-        turns = stand.model.plant.gear_ratio if stand.model.structure == "flexible" else 1.0
-        t = record.t[good]
-        way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[good][1:] + speed[good][:-1]) * np.diff(t))]) / turns
-        drift = way - position[good]
-        straight = np.linalg.qr(np.column_stack([np.ones(len(t)), t]))[0]
-        for step in range(10, len(t) - 10, max(1, len(t) // KINKS)):
-            bent = np.maximum(t - t[step], 0.0)
-            bent -= straight @ (straight.T @ bent)
-            gain = float(bent @ drift) ** 2 / float(bent @ bent)
-            best = max(best, (gain, float(t[step])))
-    return best[1]
 
 
 def onset_cost(entry: Entry) -> float:

@@ -10,6 +10,9 @@ from scipy.signal import lfilter
 from gsfdi.types import Array, Mask
 from gsfdi.whiten.system import Ints, Observed
 
+CALM = 1e-8
+"""Change of the innovations' log-determinant over 50 samples at which the filter counts as steady."""
+
 
 class Whitener(NamedTuple):
     """Turns innovations under the base gain into white ones; see :func:`whitener`.
@@ -119,7 +122,7 @@ def _gains(Ad, Q, C, R, common, P0, steps, present, push, shake):  # type: ignor
                 for i in range(p):
                     P[a, b] += K[k, a, i] * R[i, i] * K[k, b, i]
         K[k] += ahead - ahead @ (C @ K[k])
-        if abs(logdet[k] - before) < 1e-10 and k % 50 == 0:
+        if abs(logdet[k] - before) < CALM and k % 50 == 0:
             settled += 1
         if k % 50 == 0:
             before = logdet[k]
