@@ -16,7 +16,7 @@ from gsfdi.fit import Started
 from gsfdi.model import JointModel
 from gsfdi.reconcile.gaps import beside_lost, stretches
 from gsfdi.reconcile.scales import scales_of
-from gsfdi.reconcile.sensing import grain_of, sensor_variances
+from gsfdi.reconcile.sensing import effort_noise, grain_of, sensor_variances
 from gsfdi.scales import Scales
 from gsfdi.simulate import Trace, initial_state, replay_many
 from gsfdi.types import Array, JointRecord, Mask
@@ -231,7 +231,7 @@ def bench(records: Sequence[JointRecord], model: JointModel, lever: float = 0.0)
 
 def shared_noise(model: JointModel, effort: str, lever: float) -> float:
     """Covariance of the noise of a speed that the effort told with that of the drive's torque [N m rad/s]."""
-    return lever * drive_gain(model, effort) * model.sensors.effort_noise**2
+    return lever * drive_gain(model, effort) * effort_noise(model) ** 2
 
 
 def drive_gain(model: JointModel, effort: str) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.law import LawCheck
+from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.reconcile.sheet import LawFinding, commanded, level_of, sheet_of, unrated
 from gsfdi.types import JointRecord
 
@@ -24,7 +25,7 @@ SMOOTH = 2e-3
 
 def cleaned(records: Sequence[JointRecord], model: JointModel, law: LawCheck | None) -> list[JointRecord] | None:
     """Records with the law's effort in the place of the recorded one; None where no law is exact."""
-    noise = float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / 12.0**0.5))
+    noise = effort_noise(model)
     if law is not None:
         if law.noise <= 0 or noise <= 0 or law.after > EXACT * noise:
             return None
@@ -73,7 +74,7 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
     scale = np.maximum(np.sqrt(np.mean(X**2, axis=0)), 1e-300)
     gains = np.linalg.lstsq(X / scale, y, rcond=1e-9)[0] / scale
     left = float(np.sqrt(np.mean((y - X @ gains) ** 2)))
-    noise = float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / 12.0**0.5))
+    noise = effort_noise(model)
     if left > (EXACT * noise if noise > 0 else SMOOTH * float(np.sqrt(np.mean(y**2)))):
         return None
     kp, ki, kd, ahead = (float(g) for g in gains)

@@ -12,6 +12,7 @@ import numpy as np
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.blind import BETWEEN, blind, instrumental
+from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.reconcile.sheet import Held, LawFinding, Log, columns_of, commanded, misfits, scaled
 from gsfdi.types import JointRecord
 
@@ -51,7 +52,7 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
     if not measured and law.derivative_delay == 0.0 and (age := speed_age(log, law)) > 0.0:
         law = replace(law, derivative_delay=age)
         held = Held(log, law)
-    noise = float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12)))
+    noise = effort_noise(model)
     noise = noise if noise > 0 and measured else max(noise, held.hiss)
     size = float(np.sqrt(np.mean(np.concatenate([s.effort for s in held.sheets]) ** 2)))
     before = held.left

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gsfdi.reconcile.bench import Bench, drive_gain
+from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.types import Array
 
 TRIFLE = 2e-4
@@ -50,8 +51,6 @@ def surprise(stand: Bench, innovations: Sequence[Array], torque: Array) -> float
 def effort_floor(stand: Bench) -> Array:
     """Torque noise [N m] that the noise of the recorded effort makes, by side; a trifle where none is stated."""
     model = stand.model
-    noise = drive_gain(model, stand.records[0].effort) * float(
-        np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12.0))
-    )
+    noise = drive_gain(model, stand.records[0].effort) * effort_noise(model)
     trifle = TRIFLE * stand.scales.torque
     return np.array([max(noise, trifle), trifle][: len(stand.spread)])

@@ -45,8 +45,9 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
         says = "The joint stands still in these recordings: nothing can be told from them. Record a motion."
         return nothing_told(records[0].joint, says)
     terms = {name: term for name, term in shelf("gsfdi.terms", PhysicsTerm).items() if name not in without}
-    settled, opened, first = settle_law(records, model, terms, without)
-    first, hand, contests = compete(first, opened, terms, settled.level)
+    opened = settle_law(records, model, terms, without)
+    settled = opened.settled
+    first, hand, contests = compete(opened.first, opened.model, terms, settled.level)
     if is_noise(first, contests[0], settled, model, terms):
         offers = all_offers(first, terms, len(settled.model.physics))
         hand, contests = first, [undecided(first, screen(first, offers), contests[0].entries, terms)]

@@ -29,6 +29,11 @@ def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple
     return found[0], found[1]
 
 
+def effort_noise(model: JointModel) -> float:
+    """Standard deviation of the recorded effort's error, as the model states its sensor; 0 where it does not."""
+    return float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12.0)))
+
+
 def noise_of(values: Array) -> float:
     """Standard deviation of a channel's white noise, from fifth differences, which motion hardly enters."""
     values = values[np.isfinite(values)]

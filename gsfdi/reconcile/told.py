@@ -15,7 +15,7 @@ import numpy as np
 from gsfdi.model import JointModel
 from gsfdi.reconcile.clean import EXACT
 from gsfdi.reconcile.law import LawCheck
-from gsfdi.reconcile.sensing import noise_of
+from gsfdi.reconcile.sensing import effort_noise, noise_of
 from gsfdi.reconcile.sheet import Sheet, commanded, sheet_of
 from gsfdi.types import Array, JointRecord
 
@@ -53,9 +53,10 @@ def is_telling(law: LawCheck, model: JointModel) -> bool:
     Where positions are so fine that their slopes are speed enough, the law gives the effort itself (see `clean`).
     """
     brakes = model.controller is not None and model.controller.derivative > 0 and law.derivative_delay == 0
-    noise = model.sensors.effort_noise
     return (
-        brakes and 0 < EXACT * noise < law.after and all(f.term in (*GAINS, "timestamp_latency") for f in law.findings)
+        brakes
+        and 0 < EXACT * effort_noise(model) < law.after
+        and all(f.term in (*GAINS, "timestamp_latency") for f in law.findings)
     )
 
 
@@ -96,5 +97,5 @@ def told_noise(speeds: Sequence[Array], model: JointModel, lever: float) -> floa
     """Noise of told speeds: as the model states that of both sensors, unless the values show far more, or none."""
     seen = float(np.median([noise_of(speed) for speed in speeds]))
     stated = model.sensors.motor_velocity_noise * (1.0 if model.structure == "flexible" else 1 / model.plant.gear_ratio)
-    whole = float(np.hypot(stated, lever * model.sensors.effort_noise))
+    whole = float(np.hypot(stated, lever * effort_noise(model)))
     return whole if stated > 0 and seen < FAR * whole else seen

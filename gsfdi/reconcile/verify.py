@@ -8,6 +8,7 @@ from gsfdi.channels import CHANNELS
 from gsfdi.drive import measured_velocity
 from gsfdi.model import JointModel
 from gsfdi.reconcile.bench import Bench
+from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.simulate import Trace, replay
 from gsfdi.types import Array
 
@@ -55,7 +56,7 @@ def noise_floor(stand: Bench, columns: Sequence[str]) -> Mapping[str, float]:
     position = variance.get(0, 0.0)
     speed = variance.get(1, 0.0)
     turns = stand.scales.turns
-    effort = model.sensors.effort_noise**2 + model.sensors.effort_resolution**2 / 12
+    effort = effort_noise(model) ** 2
     if law is not None:
         effort += law.proportional**2 * position + (law.derivative / turns) ** 2 * speed
     axis = model.axis

@@ -1,0 +1,144 @@
+"""What of a law that told the speed may be wrong: its gains, its clocks, the effort's own sensor.
+
+A gain that is off puts its part of the law into the told speed and nowhere else, where physics moves the joint itself.
+So one regression on everything that is seen knows gains to a part in ten thousand.
+"""
+
+import numpy as np
+
+from gsfdi.drive import measured_velocity
+from gsfdi.model import JointModel
+from gsfdi.reconcile.bench import drive_gain, starts
+from gsfdi.reconcile.hand import Round, orthonormal
+from gsfdi.reconcile.law import SURE
+from gsfdi.reconcile.noise import effort_floor
+from gsfdi.reconcile.sheet import LawFinding
+from gsfdi.simulate import replay_many
+from gsfdi.types import Array, JointRecord
+from gsfdi.whiten import observed, respond, steady_gain
+
+QUIET, CALM = 3.0, 1e-3
+"""Torque that the observer of the speed expects to be missing: over that of the effort's noise, over the drive's."""
+BENDS, PLAIN_BEND = 1000, 0.9
+"""Places at which a drift is tried for a bend, and the share of it that a bend must explain."""
+CLOCKS = ("timestamp_latency", "derivative_delay")
+"""What of the law is no gain but a time [s]."""
+
+
+def suspects(first: Round) -> list[LawFinding]:
+    """Find what of a law that told the speed would account for most: an offset that sets in, and a gain or a clock."""
+    best: LawFinding | None = None
+    J, residual = orthonormal(first), first.fitted.residual
+    for term, column in (columns(first) if first.stand.lever > 0 else {}).items():
+        bare = column - J @ (J.T @ column)
+        info = float(bare @ bare)
+        if info <= 0:
+            continue
+        size = float(bare @ residual) / info
+        gain = 0.5 * size**2 * info
+        if gain > (best.gain if best else SURE):
+            share = 2 * gain / float(residual @ residual)
+            best = LawFinding(term, valued(term, size), None, gain, share, info**-0.5)
+    return [f for f in (suspect_step(first), best) if f is not None]
+
+
+def suspect_step(first: Round) -> LawFinding | None:
+    """Find a bias of the current that sets in: the told speed then drifts away from that of the positions for good.
+
+    Innovations blur it, for an observer that expects no such thing follows the told speed.
+    """
+    stand, law = first.stand, first.fitted.model.controller
+    there = "current_bias" in {use.term for use in first.fitted.model.physics}
+    found: LawFinding | None = None
+    if law is None or there or stand.lever == 0 or stand.count > 1:
+        return None
+    for record in stand.records:
+        kink, slope, share = bent(*drift_of(record, first))
+        if share > PLAIN_BEND and (found is None or share > found.share):
+            gain = 0.5 * len(record.t) * float(np.log(1.0 / max(1.0 - share, 1e-12)))
+            spread = 0.01 * abs(slope) * law.derivative
+            found = LawFinding("current_bias", {"bias_a": -slope * law.derivative}, kink, gain, share, spread)
+    return found
+
+
+def drift_of(record: JointRecord, first: Round) -> tuple[Array, Array]:
+    """Time, and the way that the told speed would have covered less that of the positions."""
+    position, speed = record["position"], measured_velocity(record, first.stand.model)
+    good = np.isfinite(position) & np.isfinite(speed)
+    t, speed = record.t[good], speed[good]
+    turns = first.stand.model.plant.gear_ratio if first.stand.model.structure == "flexible" else 1.0
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))]) / turns
+    return t, way - position[good]
+
+
+def bent(t: Array, values: Array) -> tuple[float, float, float]:
+    """Where a line with one bend fits best, how much its slope changes there, and the share that this explains."""
+    straight = np.linalg.qr(np.column_stack([np.ones(len(t)), t]))[0]
+    left = values - straight @ (straight.T @ values)
+    best = (0.0, 0.0, float(t[0]))
+    for step in range(10, len(t) - 10, max(1, len(t) // BENDS)):
+        bend = np.maximum(t - t[step], 0.0)
+        bend -= straight @ (straight.T @ bend)
+        slope = float(bend @ left) / float(bend @ bend)
+        best = max(best, (slope**2 * float(bend @ bend), slope, float(t[step])))
+    return best[2], best[1], best[0] / max(float(left @ left), 1e-300)
+
+
+def valued(term: str, size: float) -> dict[str, float]:
+    """Give the number of a finding from the size in which its column was found."""
+    if term in CLOCKS:
+        return {"delay_s": size}
+    return {"ratio": 1 - size if term in ("controller_proportional", "controller_integral") else 1 / (1 + size)}
+
+
+def columns(first: Round) -> dict[str, Array]:
+    """White innovations that each part of the law leaves where it is off, by term, without the sensors' noise."""
+    stand, model = first.stand, first.fitted.model
+    drive = drive_gain(model, stand.records[0].effort)
+    there = {use.term for use in model.physics}
+    found: dict[str, list[Array]] = {}
+    for i, (record, speed) in enumerate(zip(stand.records, speeds(first), strict=True)):
+        for term, sensed in off_by(record, model, speed, stand.lever).items():
+            torque = np.zeros((1, len(record.t), stand.system.Bt.shape[1]))
+            if term == "current_gain":  # that sensor drives the model, too
+                torque[0, :, 0] = sensed[:, 1] / stand.lever * drive
+            shown = respond(
+                stand.system, stand.gain, np.nan_to_num(torque), np.nan_to_num(sensed)[None], stand.steps[i]
+            )
+            shown[:, ~stand.present[i]] = np.nan
+            found.setdefault(term, []).append(first.tools[i](shown)[0] * stand.awake(i))
+    return {term: np.concatenate(parts) for term, parts in found.items() if term not in there}
+
+
+def off_by(record: JointRecord, model: JointModel, speed: Array, lever: float) -> dict[str, Array]:
+    """Errors ``(n, 2)`` of position and told speed by what is wrong of the law, per unit of it."""
+    law, t, present = model.controller, record.t, np.isfinite(record["position"])
+    assert law is not None
+    position = np.interp(t, t[present], record["position"][present])
+    rate = record["setpoint_rate"] if "setpoint_rate" in record else np.gradient(record["setpoint"], t)
+    error = record["setpoint"] - position
+    growth = 0.5 * (error[1:] + error[:-1]) * np.diff(t)
+    parts = {
+        "controller_proportional": law.proportional * error,
+        "controller_integral": law.integral * np.concatenate([[0.0], np.cumsum(growth)]),
+        "controller_derivative": law.derivative * (law.rate_feedforward * rate - speed),
+    }
+    parts["current_gain"] = np.sum(list(parts.values()), axis=0)
+    parts["derivative_delay"] = -law.derivative * np.gradient(speed, t)
+    parts["timestamp_latency"] = law.proportional * speed + law.integral * (position - position[0])
+    before = {"timestamp_latency": -speed}
+    return {term: np.column_stack([before.get(term, 0 * t), lever * part]) for term, part in parts.items()}
+
+
+def speeds(first: Round) -> list[Array]:
+    """Speed of the joint's side of the gear, by stretch, as an observer has it that sees the position alone."""
+    stand, model = first.stand, first.fitted.model
+    seen = observed(model, stand.scales.period, (float(stand.system.R[0]), float("inf")))
+    spread = np.maximum(QUIET * effort_floor(stand), CALM * stand.scales.torque)
+    gain = steady_gain(seen, spread)
+    found = []
+    for i, drive in enumerate(stand.drives):
+        trace = replay_many([model], drive, "predict", gain=gain, x0=starts([model], drive, i))[0]
+        turns = model.plant.gear_ratio if model.structure == "flexible" else 1.0
+        found.append((trace.motor_velocity if model.structure == "flexible" else trace.joint_velocity) / turns)
+    return found
