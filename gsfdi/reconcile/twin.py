@@ -1,9 +1,9 @@
 """What the fitted model itself would leave: the same motion simulated, with its sensors' noise, on a bench of its own.
 
 A joint that sticks and slips, seen by its position alone, leaves more than the noise of its effort although nothing is
-missing: the observer, shaken by the sensors, breaks away at other moments. And where no speed is logged and no law tells it (see `told`), so
-that the effort is only known with its sensor's noise, feedback makes that noise look like losses in the gearbox. Only
-twins tell how much of either is usual.
+missing: the observer, shaken by the sensors, breaks away at other moments. And where no speed is logged and no law
+tells it (see `told`), so that the effort is only known with its sensor's noise, feedback makes that noise look like
+losses in the gearbox. Only twins tell how much of either is usual.
 """
 
 from dataclasses import replace
