@@ -10,7 +10,7 @@ from gsfdi.drive import measured_velocity
 from gsfdi.model import JointModel
 from gsfdi.reconcile.bench import drive_gain, starts
 from gsfdi.reconcile.hand import Round, orthonormal
-from gsfdi.reconcile.law import SURE
+from gsfdi.reconcile.law import COARSE, SURE
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.simulate import replay_many
@@ -36,7 +36,9 @@ def suspects(first: Round) -> list[LawFinding]:
             continue
         size = float(bare @ residual) / info
         gain = 0.5 * size**2 * info
-        if gain > (best.gain if best else SURE):
+        # a trifle of this one, a number of the model like others then, only loosens the scale of torque
+        trifle = term == "current_gain" and abs(size) < COARSE
+        if gain > (best.gain if best else SURE) and not trifle:
             share = 2 * gain / float(residual @ residual)
             best = LawFinding(term, valued(term, size), None, gain, share, info**-0.5)
     return [f for f in (suspect_step(first), best) if f is not None]
