@@ -23,7 +23,7 @@ from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.remainder import torque_between
-from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset, refit, screen
+from gsfdi.reconcile.screen import EARLIEST, LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset, refit, screen
 from gsfdi.reconcile.smallest import Smallest, smallest
 from gsfdi.reconcile.surplus import lowered
 from gsfdi.reconcile.turning import fit_knobs
@@ -175,6 +175,9 @@ def simplified(hand: Round, given: int) -> Round:
     given : int
         Terms of the nominal model, which stay.
     """
+    for place, use in list(enumerate(hand.fitted.model.physics))[given:]:
+        if use.onset is not None and use.onset < EARLIEST * hand.stand.scales.seconds:  # it was there all along
+            hand = around(hand, always(hand, place))
     while True:
         trials = [(without(hand, place), _price(hand, place)) for place in range(given, len(hand.fitted.model.physics))]
         trials += [
