@@ -13,7 +13,7 @@ INERTIA_MOTOR, INERTIA_OUTPUT, SPRING_RATE, DAMPING, DRIVE_GAIN, FROM_TIME, ERA_
 ADDRESS, ONSET, PARAMS, TERM_WIDTH = 0, 1, 2, 6
 
 # A row of the clock: what an event brings. RECORD is the number of the sample, -1 where the event is a tick only;
-# RESTART the row of the state to restart from, else -1.
+# RESTART the row of the state to restart from, else -1; LEVER the speed per effort where that told the speed, else 0.
 TIME, TICK, RECORD, RESTART, SETPOINT, RATE, FEEDFORWARD, EFFORT = range(8)
 POSITION, VELOCITY, TEMPERATURE, LEVER, EVENT_WIDTH = range(8, 13)
 
