@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from joints import without_speed
 from rigid import JOINT as NOMINAL
 
 from gsfdi.model import Controller, JointModel, Sensors, TermUse
@@ -233,8 +234,7 @@ def test_the_age_of_a_speed_that_is_not_logged_is_read_off_the_law() -> None:
     law = NOMINAL.controller
     assert law is not None
     record = recorded(replace(NOMINAL, controller=replace(law, derivative_delay=0.01), sensors=Sensors()))
-    blind = replace(record, channels={k: v for k, v in record.channels.items() if not k.endswith("_velocity")})
-    found = check_law([blind], replace(NOMINAL, sensors=Sensors()))
+    found = check_law([without_speed(record)], replace(NOMINAL, sensors=Sensors()))
     assert found is not None
     assert found.derivative_delay == pytest.approx(0.01)
 
@@ -244,8 +244,7 @@ QUIET = replace(NOMINAL, sensors=Sensors(position_noise=1e-6, motor_velocity_noi
 
 def unseen(model: JointModel) -> JointRecord:
     """Record `model` without any speed."""
-    record = recorded(model)
-    return replace(record, channels={k: v for k, v in record.channels.items() if not k.endswith("_velocity")})
+    return without_speed(recorded(model))
 
 
 @pytest.mark.parametrize("name", ["proportional", "integral", "derivative"])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints import MODEL
+from joints import MODEL, without_speed
 
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
@@ -16,8 +16,7 @@ from gsfdi.types import JointRecord
 
 def unseen(model: JointModel, seed: int = 1) -> JointRecord:
     """Record `model` without any speed."""
-    record = simulate_record(model, seed=seed, duration=60.0)
-    return replace(record, channels={k: v for k, v in record.channels.items() if not k.endswith("_velocity")})
+    return without_speed(simulate_record(model, seed=seed, duration=60.0))
 
 
 def answered(*terms: TermUse, model: JointModel = MODEL) -> Reconciliation:

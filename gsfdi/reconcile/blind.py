@@ -19,6 +19,7 @@ from scipy.stats import chi2
 
 from gsfdi.drive import drive_of
 from gsfdi.model import JointModel
+from gsfdi.reconcile.sensing import shown_speed
 from gsfdi.reconcile.sheet import Held, LawFinding, Log, Sheet, columns_of, commanded, scaled
 from gsfdi.simulate import replay
 from gsfdi.types import Array, JointRecord
@@ -50,7 +51,7 @@ def blind(records: Sequence[JointRecord], model: JointModel) -> Blind | None:
     beyond, shown = [], []
     for record in records:
         trace = replay(model, drive_of(record, model))
-        speed = trace.motor_velocity / model.plant.gear_ratio if model.structure == "flexible" else trace.joint_velocity
+        speed = shown_speed(trace, model)
         if not (np.isfinite(trace.position) & np.isfinite(speed)).all():
             return None
         beyond.append(speed - np.gradient(trace.position, record.t))

@@ -68,9 +68,8 @@ def settle_contract(
         law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
     telling = law is not None and not stand.sees_speed and is_telling(law, model)
     if law is not None and telling:
-        law = reduce(
-            corrected_law, beyond, replace(law, findings=tuple(f for f in law.findings if f.term not in GAINS))
-        )
+        kept = tuple(f for f in law.findings if f.term not in GAINS)
+        law = reduce(corrected_law, beyond, replace(law, findings=kept))
     new = model
     if law is not None and model.controller is not None and law.derivative_delay > 0:
         new = replace(model, controller=replace(model.controller, derivative_delay=law.derivative_delay))

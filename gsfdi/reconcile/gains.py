@@ -77,8 +77,9 @@ def better_ones(
     found: Opened, opened: Opener, terms: Mapping[str, PhysicsTerm], without: Sequence[str]
 ) -> Iterator[Opened]:
     """Try what is suspected of the law, one after another, and give what is likelier than any term."""
-    for finding in suspects(found.first):
-        rival = best_term(found.first, terms, len(found.settled.model.physics))
+    suspected = suspects(found.first)
+    rival = best_term(found.first, terms, len(found.settled.model.physics)) if suspected else None
+    for finding in suspected:
         if finding.term in without or (rival is not None and finding.gain < WORTH * rival.linear):
             continue
         # a clock comes alone: gains stood in for it

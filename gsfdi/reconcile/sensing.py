@@ -6,6 +6,7 @@ import numpy as np
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import JointModel
+from gsfdi.simulate import Trace
 from gsfdi.types import Array, JointRecord
 
 
@@ -27,6 +28,16 @@ def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple
         believed = np.hypot(noise, max(resolution, grain) / np.sqrt(12.0)) if noise + resolution > 0 else seen
         found.append(max(believed, 1e-3 * seen, 1e-12) ** 2)
     return found[0], found[1]
+
+
+def shown_speed(trace: Trace, model: JointModel) -> Array:
+    """Speed that the sensor shows in a replay, on the joint's side of the gear."""
+    return trace.motor_velocity / model.plant.gear_ratio if model.structure == "flexible" else trace.joint_velocity
+
+
+def setpoint_rate(record: JointRecord) -> Array:
+    """Rate of the setpoint as logged, else its slope."""
+    return record["setpoint_rate"] if "setpoint_rate" in record else np.gradient(record["setpoint"], record.t)
 
 
 def effort_noise(model: JointModel) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.gaps import at_corners, beside_lost
+from gsfdi.reconcile.sensing import setpoint_rate
 from gsfdi.types import Array, JointRecord, Mask
 
 
@@ -92,7 +93,7 @@ def sheet_of(
         return None
     position = np.interp(t + late, t[good], position[good])
     velocity = np.interp(t + late - law.derivative_delay, t[good], velocity[good])
-    rate = record["setpoint_rate"] if "setpoint_rate" in record else np.gradient(record["setpoint"], t)
+    rate = setpoint_rate(record)
     ahead = np.nan_to_num(record[f"{record.effort}_feedforward"]) if f"{record.effort}_feedforward" in record else 0 * t
     error = record["setpoint"] - position
     growth = np.concatenate([[0.0], 0.5 * (error[1:] + error[:-1]) * np.diff(t)]) * law.integral

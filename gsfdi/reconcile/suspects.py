@@ -5,6 +5,7 @@ So one regression on everything that is seen knows gains to a part in ten thousa
 """
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import JointModel
@@ -12,6 +13,7 @@ from gsfdi.reconcile.bench import drive_gain, starts
 from gsfdi.reconcile.hand import Round, orthonormal
 from gsfdi.reconcile.law import COARSE, SURE
 from gsfdi.reconcile.noise import effort_floor
+from gsfdi.reconcile.sensing import setpoint_rate, shown_speed
 from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.simulate import replay_many
 from gsfdi.types import Array, JointRecord
@@ -27,9 +29,11 @@ CLOCKS = ("timestamp_latency", "derivative_delay")
 
 def suspects(first: Round) -> list[LawFinding]:
     """Find what of a law that told the speed would account for most: an offset that sets in, and a gain or a clock."""
+    if first.stand.lever == 0:
+        return []
     best: LawFinding | None = None
     J, residual = orthonormal(first), first.fitted.residual
-    for term, column in (columns(first) if first.stand.lever > 0 else {}).items():
+    for term, column in columns(first).items():
         bare = column - J @ (J.T @ column)
         info = float(bare @ bare)
         if info <= 0:
@@ -52,7 +56,7 @@ def suspect_step(first: Round) -> LawFinding | None:
     stand, law = first.stand, first.fitted.model.controller
     there = "current_bias" in {use.term for use in first.fitted.model.physics}
     found: LawFinding | None = None
-    if law is None or there or stand.lever == 0 or stand.count > 1:
+    if law is None or there or stand.count > 1:
         return None
     for record in stand.records:
         kink, slope, share = bent(*drift_of(record, first))
@@ -68,9 +72,7 @@ def drift_of(record: JointRecord, first: Round) -> tuple[Array, Array]:
     position, speed = record["position"], measured_velocity(record, first.stand.model)
     good = np.isfinite(position) & np.isfinite(speed)
     t, speed = record.t[good], speed[good]
-    turns = first.stand.model.plant.gear_ratio if first.stand.model.structure == "flexible" else 1.0
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))]) / turns
-    return t, way - position[good]
+    return t, cumulative_trapezoid(speed, t, initial=0) / first.stand.scales.turns - position[good]
 
 
 def bent(t: Array, values: Array) -> tuple[float, float, float]:
@@ -117,13 +119,11 @@ def off_by(record: JointRecord, model: JointModel, speed: Array, lever: float) -
     law, t, present = model.controller, record.t, np.isfinite(record["position"])
     assert law is not None
     position = np.interp(t, t[present], record["position"][present])
-    rate = record["setpoint_rate"] if "setpoint_rate" in record else np.gradient(record["setpoint"], t)
     error = record["setpoint"] - position
-    growth = 0.5 * (error[1:] + error[:-1]) * np.diff(t)
     parts = {
         "controller_proportional": law.proportional * error,
-        "controller_integral": law.integral * np.concatenate([[0.0], np.cumsum(growth)]),
-        "controller_derivative": law.derivative * (law.rate_feedforward * rate - speed),
+        "controller_integral": law.integral * cumulative_trapezoid(error, t, initial=0),
+        "controller_derivative": law.derivative * (law.rate_feedforward * setpoint_rate(record) - speed),
     }
     parts["current_gain"] = np.sum(list(parts.values()), axis=0)
     parts["derivative_delay"] = -law.derivative * np.gradient(speed, t)
@@ -141,6 +141,5 @@ def speeds(first: Round) -> list[Array]:
     found = []
     for i, drive in enumerate(stand.drives):
         trace = replay_many([model], drive, "predict", gain=gain, x0=starts([model], drive, i))[0]
-        turns = model.plant.gear_ratio if model.structure == "flexible" else 1.0
-        found.append((trace.motor_velocity if model.structure == "flexible" else trace.joint_velocity) / turns)
+        found.append(shown_speed(trace, model))
     return found

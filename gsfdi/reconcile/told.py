@@ -72,11 +72,11 @@ def told(records: Sequence[JointRecord], model: JointModel) -> Told | None:
             return None
         speeds.append(turns * speed_of(record, sheet, model.controller.derivative))
     lever = turns / model.controller.derivative
-    noise = told_noise(speeds, model, lever) * model.plant.gear_ratio / turns
+    ratio = model.plant.gear_ratio / turns  # of the motor's speed to the one that the model senses
+    noise = ratio * told_noise(speeds, model.sensors.motor_velocity_noise / ratio, lever * effort_noise(model))
     channel = "motor_velocity" if flexible else "joint_velocity"
     full = [
-        replace(r, channels={**{k: r[k] for k in r.channels}, channel: speed}, valid={})
-        for r, speed in zip(records, speeds, strict=True)
+        replace(r, channels={**r.channels, channel: speed}, valid={}) for r, speed in zip(records, speeds, strict=True)
     ]
     sensors = replace(model.sensors, motor_velocity_noise=noise, motor_velocity_resolution=0.0)
     return Told(full, replace(model, sensors=sensors), lever)
@@ -93,9 +93,11 @@ def speed_of(record: JointRecord, sheet: Sheet, derivative: float) -> Array:
     return whole - float(np.nanmean(whole - slope))
 
 
-def told_noise(speeds: Sequence[Array], model: JointModel, lever: float) -> float:
-    """Noise of told speeds: as the model states that of both sensors, unless the values show far more, or none."""
+def told_noise(speeds: Sequence[Array], own: float, through_effort: float) -> float:
+    """Noise of told speeds: what the model states of both sensors, unless it states none or the values show far more.
+
+    `own` is the speed sensor's, `through_effort` what the effort's makes of a told speed.
+    """
     seen = float(np.median([noise_of(speed) for speed in speeds]))
-    stated = model.sensors.motor_velocity_noise * (1.0 if model.structure == "flexible" else 1 / model.plant.gear_ratio)
-    whole = float(np.hypot(stated, lever * effort_noise(model)))
-    return whole if stated > 0 and seen < FAR * whole else seen
+    whole = float(np.hypot(own, through_effort))
+    return whole if own > 0 and seen < FAR * whole else seen

@@ -92,9 +92,8 @@ def _gains(Ad, Q, C, R, common, P0, steps, present, push, shake):  # type: ignor
     K, W, logdet = np.zeros((n, nx, p)), np.zeros((n, p, p)), np.zeros(n)
     P, left, PC, work = P0.copy(), np.zeros((nx, nx)), np.zeros((nx, p)), np.zeros((nx, nx))
     settled, before = 0, np.inf
-    apart = (
-        Ad - common @ C
-    )  # of what a sample leaves unknown of the state, it knows the drive's noise to hold that much
+    # of what a sample leaves unknown of the state, it knows the drive's noise to hold that much
+    apart = Ad - common @ C
     ahead, calm = np.linalg.solve(Ad, common), Q - common @ R @ common.T
     for k in range(n):
         if steps[k] == 0:
