@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from joints import MODEL, without_speed
 
+from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.reconcile.contract import settle_contract
@@ -84,3 +85,11 @@ def test_a_law_that_acts_on_an_older_speed_tells_none() -> None:
     assert law is not None
     answer = answered(model=replace(MODEL, controller=replace(law, derivative_delay=0.01)))
     assert answer.omitted_physics == ()
+
+
+@pytest.mark.parametrize("value", [0.0, np.inf])
+def test_an_effort_that_stands_while_the_joint_moves_is_refused_in_one_line(value: float) -> None:
+    record = unseen(MODEL)
+    stuck = replace(record, channels={**record.channels, "motor_current": np.full(len(record.t), value)})
+    with pytest.raises(UnusableInputError, match="no drive effort that moves"):
+        reconcile([stuck], MODEL)

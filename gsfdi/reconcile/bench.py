@@ -192,11 +192,11 @@ def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:
 
 def bench(records: Sequence[JointRecord], model: JointModel, lever: float = 0.0) -> Bench:
     """Set up the bench for `records` of the joint that `model` describes; for `lever` see `Bench`."""
-    usable = [r for r in records if {"position", r.effort} <= set(r.channels) and len(r.t) >= 50]
+    usable = [r for r in records if len(r.t) >= 50 and moves(r, "position") and moves(r, r.effort)]
     if not usable:
         subject = records[0].source if records else model.name
         raise UnusableInputError(
-            subject, "has no position or no drive effort", "map position and motor current or torque"
+            subject, "has no position or no drive effort that moves", "map position and motor current or torque"
         )
     period = float(np.median(np.concatenate([np.diff(r.t) for r in usable])))
     variances = sensor_variances(usable, model)
@@ -227,6 +227,13 @@ def bench(records: Sequence[JointRecord], model: JointModel, lever: float = 0.0)
         lever=lever,
     )
     return replace(stand, grains=grain_errors(stand))
+
+
+def moves(record: JointRecord, channel: str) -> bool:
+    """Whether a channel is there and its values are not one and the same."""
+    values = record[channel] if channel in record else np.zeros(0)
+    values = values[np.isfinite(values)]
+    return values.size > 0 and bool(np.ptp(values) > 0)
 
 
 def shared_noise(model: JointModel, effort: str, lever: float) -> float:
