@@ -65,8 +65,8 @@ class Case:
     @property
     def findings(self) -> list[LawFinding]:
         """What the law check and the values themselves told."""
-        law, coarse = self.settled.law, self.settled.coarse
-        return [*(law.findings if law else ()), *([coarse] if coarse else [])]
+        law = self.settled.law
+        return [*(law.findings if law else ()), *self.settled.shown]
 
     @property
     def noise_share(self) -> float:

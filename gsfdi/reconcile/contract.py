@@ -17,6 +17,9 @@ from gsfdi.reconcile.sheet import LawFinding, joined
 from gsfdi.reconcile.told import GAINS, is_telling, told
 from gsfdi.types import JointRecord
 
+REVERSED = 0.1
+"""Share of the misfit that remains where an effort of the wrong sign is turned round, at most."""
+
 
 @dataclass(frozen=True, slots=True)
 class Settled:
@@ -31,8 +34,8 @@ class Settled:
     model : JointModel
         With the faults of effort sensor, limit and gains in it; their terms come after the nominal's own.
     law : LawCheck or None
-    coarse : LawFinding or None
-        A position sensor coarser than its model says.
+    shown : tuple of LawFinding
+        What the values themselves show: a position sensor coarser than its model says, a drive that runs backwards.
     level : float
         Standard deviation of the constant that a recomputed effort begins with [N m]. Where it is not 0, the last terms
         of `model` are constant loads that stand for it, one for each stretch that begins with a constant of its own.
@@ -42,7 +45,7 @@ class Settled:
     logged: Bench
     model: JointModel
     law: LawCheck | None
-    coarse: LawFinding | None
+    shown: tuple[LawFinding, ...]
     level: float = 0.0
 
 
@@ -68,9 +71,10 @@ def settle_contract(
         law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
     telling = law is not None and not stand.sees_speed and is_telling(law, model)
     if law is not None and telling:
-        kept = tuple(f for f in law.findings if f.term not in GAINS)
+        kept = tuple(f for f in law.findings if f.term not in GAINS or f.values["ratio"] < 0)
         law = reduce(corrected_law, beyond, replace(law, findings=kept))
-    new = model
+    backwards = None if law is not None or "current_gain" in without else reversal(stand)
+    new = model if backwards is None else corrected(model, backwards)
     if law is not None and model.controller is not None and law.derivative_delay > 0:
         new = replace(model, controller=replace(model.controller, derivative_delay=law.derivative_delay))
     for finding in law.findings if law is not None else ():
@@ -94,7 +98,7 @@ def settle_contract(
     if exact is not None or new is not model:
         lever = heard.lever if heard is not None else 0.0
         stand = replace(bench(exact or records, new, lever), count=stand.count)  # stretches are no recordings
-    return Settled(stand, logged, new, law, coarse, level)
+    return Settled(stand, logged, new, law, tuple(f for f in (backwards, coarse) if f is not None), level)
 
 
 def corrected_law(law: LawCheck, finding: LawFinding) -> LawCheck:
@@ -150,6 +154,15 @@ def advanced(record: JointRecord, late: float) -> JointRecord:
         else:
             channels[name] = values[keep]
     return replace(record, t=t, channels=channels, valid={})
+
+
+def reversal(stand: Bench) -> LawFinding | None:
+    """Find a recorded effort of the wrong sign where no law tells: turned round, it drives the joint as it moved."""
+    found = LawFinding("current_gain", {"ratio": -1.0}, None, 1e3, 1.0, 0.0)
+    rows, models = list(stand.system.rows), [stand.model, corrected(stand.model, found)]
+    missed = [np.nansum(e[..., rows] ** 2 / stand.system.R, axis=(1, 2)) for e in stand.innovations(models)]
+    straight, turned = np.sum(missed, axis=0)
+    return found if turned < REVERSED * straight else None
 
 
 def coarseness(stand: Bench) -> LawFinding | None:

@@ -21,6 +21,7 @@ def stretches(record: JointRecord, period: float, shortest: float) -> list[Joint
     Effort and command run straight over such a row; a longer gap hides more than a line can bridge. What lies between
     gaps and is shorter than `shortest` [s] is left out.
     """
+    record = without_lost(record)
     ends = np.flatnonzero(np.diff(record.t) > (LONGEST + 0.5) * period) + 1
     found = []
     for part in np.split(np.arange(len(record.t)), ends):
@@ -41,6 +42,16 @@ def stretches(record: JointRecord, period: float, shortest: float) -> list[Joint
             channels[name] = np.where(bare, np.nan, full) if name in MEASURED else full
         found.append(replace(record, t=times, channels=channels, valid={}))
     return found
+
+
+def without_lost(record: JointRecord) -> JointRecord:
+    """Leave out the samples of a long run without effort or position: they are a gap, whatever else was logged."""
+    lost = ~(np.isfinite(record[record.effort]) & np.isfinite(record["position"]))
+    edges = np.flatnonzero(np.diff(lost, prepend=False, append=False))
+    keep = np.ones(len(lost), dtype=np.bool_)
+    for first, end in zip(edges[::2], edges[1::2], strict=True):
+        keep[first:end] = end - first <= LONGEST
+    return replace(record, t=record.t[keep], channels={name: record[name][keep] for name in record.channels}, valid={})
 
 
 def beside_lost(record: JointRecord) -> Mask:

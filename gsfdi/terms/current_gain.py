@@ -21,7 +21,7 @@ TERM = PhysicsTerm(
             "1",
             "reading over current",
             start=1.02,
-            low=0.01,
+            low=-100.0,  # a sensor may be wired the wrong way round
             high=100.0,
             typical=0.02,
             neutral=1.0,
