@@ -93,3 +93,50 @@ def test_an_effort_that_stands_while_the_joint_moves_is_refused_in_one_line(valu
     stuck = replace(record, channels={**record.channels, "motor_current": np.full(len(record.t), value)})
     with pytest.raises(UnusableInputError, match="no drive effort that moves"):
         reconcile([stuck], MODEL)
+
+
+@pytest.mark.parametrize("late", [0.005, 0.0137])
+@pytest.mark.parametrize("logged", [True, False])
+def test_stamps_that_are_late_by_a_part_of_a_tick_bring_nothing_else(late: float, logged: bool) -> None:
+    record = simulate_record(
+        replace(MODEL, physics=(TermUse("timestamp_latency", {"delay_s": late}),)), seed=11, duration=60.0
+    )
+    (entry,) = reconcile([record if logged else without_speed(record)], MODEL).omitted_physics
+    assert entry["term"] == "timestamp_latency"
+    assert entry["parameters"]["delay_s"]["value"] == pytest.approx(late, abs=1e-4)
+
+
+def test_a_bias_of_the_current_is_as_likely_as_the_load_that_it_looks_like() -> None:
+    answer = answered(TermUse("current_bias", {"bias_a": 0.05}))
+    assert {"current_bias", "constant_load"} <= set(answer.indistinguishable[0])
+
+
+def test_a_wave_is_fitted_to_its_last_turn() -> None:
+    use = TermUse("cogging", {"amplitude_nm": 2.0, "order": 12.0, "phase_rad": 0.0})
+    answer = answered(use)
+    (entry,) = answer.omitted_physics
+    assert entry["parameters"]["amplitude_nm"]["value"] == pytest.approx(2.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("use", "like"),
+    [
+        (TermUse("current_gain", {"ratio": 1.02}), "torque_constant_change"),
+        (TermUse("timestamp_latency", {"delay_s": 0.005}), "actuation_delay"),
+    ],
+)
+def test_where_no_law_is_known_what_does_the_same_is_listed(use: TermUse, like: str) -> None:
+    unknown = replace(MODEL, controller=None)
+    answer = reconcile([unseen(replace(MODEL, physics=(use,)))], unknown)
+    assert {use.term, like} <= set(answer.indistinguishable[0])
+
+
+def test_one_number_that_is_off_is_found_however_the_gearbox_rings() -> None:
+    true = replace(MODEL, physics=(TermUse("stiffness_change", {"ratio": 0.9}),))
+    (entry,) = reconcile([unseen(true)], replace(MODEL, controller=None)).omitted_physics
+    assert entry["term"] == "stiffness_change"
+
+
+def test_a_coarser_position_sensor_is_found_by_its_values() -> None:
+    (entry,) = answered(TermUse("quantisation", {"step_rad": 1e-4})).omitted_physics
+    assert entry["parameters"]["step_rad"]["value"] == pytest.approx(1e-4)

@@ -49,6 +49,9 @@ class Knob:
         Bounds.
     prior : float or None
         What is believed before the data, with standard deviation `doubt`; None believes nothing.
+    is_size : bool
+        Whether a change may be felt by its share of the value. A phase counts from anywhere, and a wave's order times
+        the way that the joint goes is a phase.
     """
 
     place: int
@@ -58,6 +61,7 @@ class Knob:
     high: float = np.inf
     prior: float | None = None
     doubt: float = np.inf
+    is_size: bool = True
 
     def read(self, model: JointModel) -> float:
         """Read the knob's value off `model`."""

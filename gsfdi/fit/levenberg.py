@@ -127,7 +127,7 @@ def slopes(
     given = np.zeros((len(residual), 0)) if known is None else known
     turned_to, ends = [], []
     for i, knob in enumerate(knobs[given.shape[1] :], start=given.shape[1]):
-        size = STEP * max(knob.scale, SHARE * abs(values[i]))
+        size = STEP * max(knob.scale, SHARE * abs(values[i]) if knob.is_size else 0.0)
         above, below = min(size, max(knob.high - values[i], 0.0)), min(size, max(values[i] - knob.low, 0.0))
         if not both:
             above, below = (above, 0.0) if above >= below else (0.0, below)

@@ -180,9 +180,14 @@ class Bench:
 
 
 def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:
-    """States ``(models, 5)`` in which a stretch begins."""
+    """States ``(models, 5)`` in which a stretch begins.
+
+    A told speed is right on average, so that a bias of the effort that told it is in the integral's start already.
+    """
     found = np.array([initial_state(model, drive.start) for model in models])
     for row, model in zip(found, models, strict=True):
+        biases = (use for use in model.physics if use.term == "current_bias" and use.onset is None)
+        row[4] -= sum(use.values["bias_a"] for use in biases)
         if isinstance(model, Started) and model.windups:
             row[0] -= model.windups[stretch]
             row[2] += model.windups[stretch]

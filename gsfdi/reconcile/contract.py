@@ -17,6 +17,9 @@ from gsfdi.reconcile.sheet import LawFinding, joined
 from gsfdi.reconcile.told import GAINS, is_telling, told
 from gsfdi.types import JointRecord
 
+LATE = "timestamp_latency"
+PART = 0.02
+"""Part of a tick by which stamps may be late as if by whole ones."""
 REVERSED = 0.1
 """Share of the misfit that remains where an effort of the wrong sign is turned round, at most."""
 
@@ -69,9 +72,14 @@ def settle_contract(
     law = None if coarse is not None and not stand.sees_speed else check_law(stand.records, model)
     if law is not None:
         law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
+    stamps = [f for f in law.findings if f.term == LATE] if law is not None and stand.sees_speed else []
+    if is_between_ticks(stamps, model):
+        unseen = settle_contract([without_speed(r) for r in records], model, without, (*stamps, *beyond))
+        if unseen.stand.lever > 0:
+            return replace(unseen, logged=logged)
     telling = law is not None and not stand.sees_speed and is_telling(law, model)
     if law is not None and telling:
-        kept = tuple(f for f in law.findings if f.term not in GAINS or f.values["ratio"] < 0)
+        kept = tuple(f for f in law.findings if f.term not in GAINS or f.values.get("ratio", 1.0) < 0)
         law = reduce(corrected_law, beyond, replace(law, findings=kept))
     backwards = None if law is not None or "current_gain" in without else reversal(stand)
     new = model if backwards is None else corrected(model, backwards)
@@ -79,7 +87,7 @@ def settle_contract(
         new = replace(model, controller=replace(model.controller, derivative_delay=law.derivative_delay))
     for finding in law.findings if law is not None else ():
         new = corrected(new, finding)
-    late = sum(f.values["delay_s"] for f in law.findings if f.term == "timestamp_latency") if law is not None else 0.0
+    late = sum(f.values["delay_s"] for f in law.findings if f.term == LATE) if law is not None else 0.0
     if late > 0:
         records = [advanced(record, late) for record in records]
         stand = bench(records, model)
@@ -99,6 +107,22 @@ def settle_contract(
         lever = heard.lever if heard is not None else 0.0
         stand = replace(bench(exact or records, new, lever), count=stand.count)  # stretches are no recordings
     return Settled(stand, logged, new, law, tuple(f for f in (backwards, coarse) if f is not None), level)
+
+
+def is_between_ticks(stamps: Sequence[LawFinding], model: JointModel) -> bool:
+    """Whether measurements are late by a part of a tick, so that what the log holds is not what the law had.
+
+    A speed with the noise of another moment, and with kinks at the ticks that nothing can be drawn through, tells less
+    than the law does: a motor that answers later, and has more inertia, took the place of its noise.
+    """
+    ticks = sum(f.values["delay_s"] for f in stamps) * (model.controller.sample_rate if model.controller else 0.0)
+    return abs(ticks - round(ticks)) > PART
+
+
+def without_speed(record: JointRecord) -> JointRecord:
+    """Give a record as if no speed had been logged."""
+    channels = {name: record[name] for name in record.channels if name not in ("motor_velocity", "joint_velocity")}
+    return replace(record, channels=channels, valid={})
 
 
 def corrected_law(law: LawCheck, finding: LawFinding) -> LawCheck:
@@ -131,7 +155,7 @@ def corrected(model: JointModel, finding: LawFinding) -> JointModel:
         name = finding.term.removeprefix("controller_")
         value = getattr(model.controller, name) * finding.values["ratio"]
         return replace(model, controller=replace(model.controller, **{name: value}))
-    if finding.term == "timestamp_latency":
+    if finding.term == LATE:
         return model
     return replace(model, physics=(*model.physics, TermUse(finding.term, dict(finding.values), None, finding.onset)))
 

@@ -1,6 +1,7 @@
 """What was found, as the answer lists it: terms, parameters, faults of law and sensors, and what looks alike."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from gsfdi.model import TermUse
@@ -12,6 +13,12 @@ from gsfdi.reconcile.screen import LEAST
 
 UNSEEN_SPEED = ("controller_derivative", "position_gain", "velocity_gain")
 """What makes the law's share of an unlogged speed seem too large or too small, unless the rate is fed forward, too."""
+DELAYS = ("actuation_delay", "timestamp_latency")
+"""What parts effort and motion in time: where no law ties a third to them, nobody knows which is late."""
+SCALE = ("torque_constant_change", "output_inertia_change")
+"""What makes a rigid joint answer more to the same effort."""
+APART = 3.0
+"""Log-likelihood by which one parameter moved alone must beat another to be told from it."""
 SOLE = 12.0
 """Log-likelihood that moving one parameter alone may fall short of moving all."""
 
@@ -103,8 +110,16 @@ def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
     alone = lone_changes(case.first, nominal)
     cost, shift = alone[0]
     if cost < SOLE and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > 0.003:
-        return [shift], moved
+        near = [s.term for c, s in alone[1:] if c < cost + APART]
+        return [replace(shift, alike=(*near, *likes_of(shift.term, case)))], moved
     return [s for s in moved if s.is_news], moved
+
+
+def likes_of(term: str, case: Case) -> tuple[str, ...]:
+    """Sensors whose scale does what a number of the plant does, where nothing but the model tells of either."""
+    if term != SCALE[0] or case.settled.law is not None or case.stand.records[0].effort != "motor_current":
+        return ()
+    return ("current_gain",) if case.stand.sees_speed else ("current_gain", "position_gain")
 
 
 def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
@@ -116,8 +131,12 @@ def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
         found.append(UNSEEN_SPEED)
     if case.stand.lever > 0 and any(name.use.term == "position_gain" for name in case.found):
         found.append(("position_gain", "velocity_gain"))  # a speed that the law told shows both
-    if lone and case.nominal.structure == "rigid" and not case.nominal.physics:
-        found.append(("torque_constant_change", "output_inertia_change"))
+    found += [(shift.term, *shift.alike) for shift in lone if shift.alike]
+    scaled = lone and case.nominal.structure == "rigid" and not case.nominal.physics
+    if scaled and not any(set(SCALE) <= set(group) for group in found):
+        found.append(SCALE)
+    if case.settled.law is None and any(name.use.term == DELAYS[0] for name in case.found):
+        found.append(DELAYS)
     return found
 
 

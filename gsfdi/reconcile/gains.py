@@ -66,17 +66,17 @@ def settle_law(
 
     found = opened(())
     for _ in range(MOST):
-        better = next(better_ones(found, opened, terms, without), None)
+        better = max(better_ones(found, opened, terms, without), key=lambda pair: pair[0], default=None)
         if better is None:
             break
-        found = better
+        found = better[1]
     return replace(found, settled=fitted_gains(found.settled, found.first))
 
 
 def better_ones(
     found: Opened, opened: Opener, terms: Mapping[str, PhysicsTerm], without: Sequence[str]
-) -> Iterator[Opened]:
-    """Try what is suspected of the law, one after another, and give what is likelier than any term."""
+) -> Iterator[tuple[float, Opened]]:
+    """Try what is suspected of the law, and give what is likelier than any term, with the log-likelihood it gains."""
     suspected = suspects(found.first)
     rival = best_term(found.first, terms, len(found.settled.model.physics)) if suspected else None
     for finding in suspected:
@@ -90,8 +90,11 @@ def better_ones(
             if not again:
                 break
             other = opened((*other.beyond, *again))
-        if is_better(finding, other.first, found.first, rival):
-            yield other
+        gain = likelier_law(finding, other.first, found.first)
+        if is_better(gain, other.first, found.first, rival):
+            yield gain, other
+            if np.all(other.first.torque < NEARLY * effort_floor(other.first.stand)):
+                return  # nothing is left to explain
 
 
 def fitted_gains(settled: Settled, first: Round) -> Settled:
@@ -108,17 +111,21 @@ def best_term(first: Round, terms: Mapping[str, PhysicsTerm], given: int) -> Ent
     return next(iter(screen(first, all_offers(first, possible(first.stand, terms, 0.0), given)).entries), None)
 
 
-def is_better(finding: LawFinding, other: Round, first: Round, rival: Entry | None) -> bool:
-    """Whether what a finding makes of the opening is likelier than what the best term makes of it, or as likely."""
+def likelier_law(finding: LawFinding, other: Round, first: Round) -> float:
+    """Log-likelihood that the opening gains by what a finding makes of it."""
     if other.stand.lever == 0:  # the data are no longer the same
-        return rival is None or finding.gain > rival.linear
+        return finding.gain
     told = sum(float(first.stand.awake(i).sum()) / 2 for i in range(len(first.stand.records)))
-    gain = likelier(other, first) + told * float(np.log(other.stand.lever / first.stand.lever))
+    return likelier(other, first) + told * float(np.log(other.stand.lever / first.stand.lever))
+
+
+def is_better(gain: float, other: Round, first: Round, rival: Entry | None) -> bool:
+    """Whether a law that gains so much is likelier than what the best term makes of the opening, or as likely."""
     floor = effort_floor(first.stand)
     if gain < SURE or rival is None:
         return gain >= SURE
-    if gain > rival.linear and np.all(other.torque < NEARLY * floor):
-        return True
+    if other.stand.lever == 0 or (gain > rival.linear and np.all(other.torque < NEARLY * floor)):
+        return gain > rival.linear
     fitted = refit(first, rival).fitted
     if fitted is None:
         return gain > rival.linear

@@ -61,7 +61,8 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
             low, high = max(low, param.low), min(high, param.high)
         if param is term.params[0] and (spare := surplus(stand.model, term, use.side)) > 0:
             low = -spare
-        knobs.append(Knob(place, param.name, _step(stand, term, param, value), low, high))
+        is_size = param is not term.order and param.kind != "angle"
+        knobs.append(Knob(place, param.name, _step(stand, term, param, value), low, high, is_size=is_size))
     return knobs
 
 

@@ -24,7 +24,7 @@ TOLERANCE = 0.055 / DOUBT
 class Shift:
     """A parameter of the plant as the data have it, over its nominal value, with a 95 % interval.
 
-    `tolerance` is the share by which it may be off without that being news.
+    `tolerance` is the share by which it may be off without that being news; `alike` are terms that would do as well.
     """
 
     term: str
@@ -32,6 +32,7 @@ class Shift:
     low: float
     high: float
     tolerance: float
+    alike: tuple[str, ...] = ()
 
     @property
     def is_news(self) -> bool:
@@ -86,7 +87,7 @@ def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float,
     for name, value in nominal.items():
         rest = [_pinned(k, nominal) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
         alone = Knob(-1, name, 0.03 * value, 0.2 * value, 5.0 * value)
-        fitted = levenberg(hand.misfit, base, [alone, *rest], 6)
+        fitted = levenberg(hand.misfit, base, [alone, *rest], 12)
         sd = float(np.sqrt(spread_of(fitted, hand.stand.blocks())[0, 0])) / value
         ratio = float(fitted.values[0] / value)
         shift = Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd, TOLERANCE * DOUBT)

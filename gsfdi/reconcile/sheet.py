@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
@@ -91,8 +92,8 @@ def sheet_of(
     good = np.isfinite(position) & np.isfinite(velocity)
     if good.sum() < 50:
         return None
-    position = np.interp(t + late, t[good], position[good])
-    velocity = np.interp(t + late - law.derivative_delay, t[good], velocity[good])
+    position = smooth(t + late, t[good], position[good])
+    velocity = smooth(t + late - law.derivative_delay, t[good], velocity[good])
     rate = setpoint_rate(record)
     ahead = np.nan_to_num(record[f"{record.effort}_feedforward"]) if f"{record.effort}_feedforward" in record else 0 * t
     error = record["setpoint"] - position
@@ -109,6 +110,12 @@ def sheet_of(
     unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record)[keep]
     braking = -law.derivative * velocity[keep]
     return Sheet(t[keep], effort[keep], parts, unheld, np.nan_to_num(growth[keep]), rate[keep], braking)
+
+
+def smooth(t: Array, known: Array, values: Array) -> Array:
+    """Give values at other times by cubics, which follow a ringing joint where straight lines would not."""
+    at = np.clip(t, known[0], known[-1])
+    return np.asarray(CubicSpline(known, values)(at)) if not np.array_equal(at, known) else values
 
 
 def unrated(record: JointRecord) -> Mask:

@@ -23,12 +23,17 @@ QUIET, CALM = 3.0, 1e-3
 """Torque that the observer of the speed expects to be missing: over that of the effort's noise, over the drive's."""
 BENDS, PLAIN_BEND = 1000, 0.9
 """Places at which a drift is tried for a bend, and the share of it that a bend must explain."""
+UNUSABLE = 1.0
+"""Torque that seems to be missing, over the drive's, from which innovations tell nothing."""
 CLOCKS = ("timestamp_latency", "derivative_delay")
 """What of the law is no gain but a time [s]."""
 
 
 def suspects(first: Round) -> list[LawFinding]:
-    """Find what of a law that told the speed would account for most: an offset that sets in, and a gain or a clock."""
+    """Find what of a law that told the speed would account for most: an offset that sets in, and a gain or a clock.
+
+    Each is there once, with the numbers that explain the larger share of what shows it.
+    """
     if first.stand.lever == 0:
         return []
     best: LawFinding | None = None
@@ -45,7 +50,9 @@ def suspects(first: Round) -> list[LawFinding]:
         if gain > (best.gain if best else SURE) and not trifle:
             share = 2 * gain / float(residual @ residual)
             best = LawFinding(term, valued(term, size), None, gain, share, info**-0.5)
-    return [f for f in (suspect_step(first), best) if f is not None]
+    found = [f for f in (suspect_step(first), best, suspect_drift(first)) if f is not None]
+    found.sort(key=lambda f: -f.share)
+    return [f for place, f in enumerate(found) if f.term not in {g.term for g in found[:place]}]
 
 
 def suspect_step(first: Round) -> LawFinding | None:
@@ -64,6 +71,28 @@ def suspect_step(first: Round) -> LawFinding | None:
             gain = 0.5 * len(record.t) * float(np.log(1.0 / max(1.0 - share, 1e-12)))
             spread = 0.01 * abs(slope) * law.derivative
             found = LawFinding("current_bias", {"bias_a": -slope * law.derivative}, kink, gain, share, spread)
+    return found
+
+
+def suspect_drift(first: Round) -> LawFinding | None:
+    """Find what of the law makes the told speed drift from that of the positions, where innovations are of no use."""
+    if np.all(first.torque < UNUSABLE * first.stand.scales.torque):
+        return None
+    found: LawFinding | None = None
+    for record, speed in zip(first.stand.records, speeds(first), strict=True):
+        t, drift = drift_of(record, first)
+        straight = np.linalg.qr(np.column_stack([np.ones(len(t)), t]))[0]
+        drift -= straight @ (straight.T @ drift)
+        for term, sensed in off_by(record, first.fitted.model, speed, first.stand.lever).items():
+            shown = cumulative_trapezoid(sensed[:, 1], record.t, initial=0) / first.stand.scales.turns - sensed[:, 0]
+            column = np.interp(t, record.t, shown)
+            column -= straight @ (straight.T @ column)
+            info = max(float(column @ column), 1e-300)
+            size = float(column @ drift) / info
+            share = size**2 * info / max(float(drift @ drift), 1e-300)
+            if share > (found.share if found else PLAIN_BEND):
+                gain = 0.5 * len(t) * float(np.log(1.0 / max(1.0 - share, 1e-12)))
+                found = LawFinding(term, valued(term, size), None, gain, share, 0.01 * abs(size))
     return found
 
 

@@ -38,7 +38,14 @@ class Told:
     lever: float
 
 
-GAINS = ("controller_proportional", "controller_integral", "controller_derivative", "current_gain", "position_gain")
+GAINS = (
+    "controller_proportional",
+    "controller_integral",
+    "controller_derivative",
+    "current_gain",
+    "current_bias",
+    "position_gain",
+)
 """Findings of the law check that the told speed decides better."""
 
 FAR = 1.5

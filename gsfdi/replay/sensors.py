@@ -13,12 +13,14 @@ from gsfdi.replay.laws import any_in, mapped, see, total, unmapped
 def sense(model, m, v, states, row, target, time, noise, resolution, now):  # type: ignore[no-untyped-def]
     """Write into row `target` what sensors give of row `row`: joint angle; motor speed (joint speed if rigid)."""
     see(model, m, v, row, time)
-    v[target, 0] = mapped(at.POSITION_SENSOR, model, m, states, v[row, 0] + v[row, 2])
-    speed = v[row, 1] if model[at.RIGID] > 0 else model[at.GEAR] * v[row, 1]
-    v[target, 1] = mapped(at.VELOCITY_SENSOR, model, m, states, speed)
-    for i in range(2):
+    v[target, 0] = v[row, 0] + v[row, 2]
+    v[target, 1] = v[row, 1] if model[at.RIGID] > 0 else model[at.GEAR] * v[row, 1]
+    for i in range(2):  # what a sensor reads in steps, or out of scale, has its noise in it
         if noise.shape[0] > 0:
             v[target, i] += noise[now, i]
+    v[target, 0] = mapped(at.POSITION_SENSOR, model, m, states, v[target, 0])
+    v[target, 1] = mapped(at.VELOCITY_SENSOR, model, m, states, v[target, 1])
+    for i in range(2):
         if resolution[i] > 0:
             v[target, i] = round(v[target, i] / resolution[i]) * resolution[i]
 
@@ -43,8 +45,9 @@ def motion_at(clock, state, now, time, v):  # type: ignore[no-untyped-def]
     for i in (0, 2):
         a, b = state[j, i], state[last, i]
         da, db = span * state[j, i + 1], span * state[last, i + 1]
-        v[at.SEEN, i] = a + u * (da + u * (3 * (b - a) - 2 * da - db + u * (2 * (a - b) + da + db)))
-        v[at.SEEN, i + 1] = (1 - u) * state[j, i + 1] + u * state[last, i + 1]
+        square, cube = 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db
+        v[at.SEEN, i] = a + u * (da + u * (square + u * cube))
+        v[at.SEEN, i + 1] = state[j, i + 1] if span <= 0.0 else (da + u * (2 * square + 3 * u * cube)) / span
     return j
 
 
