@@ -39,7 +39,9 @@ VALUE = 13  # what a map acts on: a deflection, a current or a measured value
 ONSET = 14  # when the term set in [s]
 LEVER = 15  # spring torque on the motor per torque on the output; a `windup` map that follows the motor sets it
 GEAR = 16  # gear ratio N
-QUANTITIES = 17
+ANGLE_JUMPED = 17  # what an observer has added to ANGLE [rad]: no motion, for a law that remembers where it was
+WINDUP_JUMPED = 18  # what it has added to ε [rad]
+QUANTITIES = 19
 
 STATES = 2
 REFERENCE_TEMPERATURE = 20.0
@@ -164,9 +166,9 @@ class PhysicsTerm:
         step must resolve what they make.
     wave : str
         Parameter that counts periods per motor revolution, which the step must resolve too.
-    sudden : bool
-        Whether it may set in from one moment to the next, as damage, contact or a failing sensor does; what lies in
-        the design, as teeth, magnets and cables do, is there from the start.
+    sets_in : {'readily', 'rarely', 'never'}
+        How it may set in from one moment to the next: readily, as damage, contact or a failing sensor does; rarely, as
+        what lies in the design, teeth, magnets and cables; never, as what says itself where or when it acts.
     several : bool
         Whether a joint may have more than one of it.
     """
@@ -188,7 +190,7 @@ class PhysicsTerm:
     stiffness: Callable[[Array], float] | None = None
     damping: Callable[[Array], float] | None = None
     wave: str = ""
-    sudden: bool = True
+    sets_in: Literal["readily", "rarely", "never"] = "readily"
     several: bool = False
 
     @property

@@ -392,3 +392,10 @@ def test_an_offer_that_lives_in_one_block_has_a_high_bar_of_its_own() -> None:
     calm, wild = inflations(bare, np.sum(bare**2, axis=1), residual, blocks)
     assert calm < 20.0
     assert bar(wild, 2, 0.005) > 0.5 * (lone @ residual) ** 2 / (lone @ lone)
+
+
+def test_an_observer_does_not_work_the_bristles() -> None:
+    use = TermUse("presliding_friction", {"torque_nm": 2.0, "stiffness_nm_rad": 1e4})
+    (entry,) = told(use).omitted_physics
+    assert entry["term"] == "presliding_friction"
+    assert entry["parameters"]["stiffness_nm_rad"]["value"] == pytest.approx(1e4, rel=0.03)

@@ -140,3 +140,10 @@ def test_one_number_that_is_off_is_found_however_the_gearbox_rings() -> None:
 def test_a_coarser_position_sensor_is_found_by_its_values() -> None:
     (entry,) = answered(TermUse("quantisation", {"step_rad": 1e-4})).omitted_physics
     assert entry["parameters"]["step_rad"]["value"] == pytest.approx(1e-4)
+
+
+def test_what_rarely_sets_in_is_dated_where_it_plainly_does() -> None:
+    answer = answered(TermUse("cogging", {"amplitude_nm": 2.0, "order": 12.0, "phase_rad": 0.0}, None, 25.0))
+    (entry,) = answer.omitted_physics
+    assert entry["term"] == "cogging"
+    assert entry["onset_s"] == pytest.approx(25.0, abs=0.2)

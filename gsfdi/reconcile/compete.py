@@ -19,7 +19,7 @@ from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.doubted import moot_terms
 from gsfdi.reconcile.hand import Round, around, from_below, is_sensor, likelier, settle, started, with_term
-from gsfdi.reconcile.knobs import plant_knobs, start_knobs
+from gsfdi.reconcile.knobs import plant_knobs, plausible, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.remainder import torque_between
@@ -52,6 +52,9 @@ CHANCE = 0.005
 """Probability that chance alone makes one of all offers a winner."""
 UNPROMISED = 2.0
 """How many times what the regression promised a faint finalist may gain."""
+SHAPES = ("plain", "follower")
+FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
+"""Times its value at which a number that shapes a term is tried once the term is settled."""
 OF_THE_LAW = frozenset({"current_gain", "velocity_bias", "velocity_gain"})
 """Terms that say no more, where the law told the speed, than that the law is another."""
 KNOB_COST = 4.0
@@ -143,7 +146,7 @@ def rounds(
 def beside_the_law(shelf_terms: Mapping[str, PhysicsTerm]) -> dict[str, PhysicsTerm]:
     """Terms that are possible where the effort is the law's own: its sensor errs by a constant at most, and always."""
     return {
-        name: replace(term, sudden=False) if name == "current_bias" else term
+        name: replace(term, sets_in="never") if name == "current_bias" else term
         for name, term in shelf_terms.items()
         if name != "current_gain"
     }
@@ -250,6 +253,7 @@ def contend(
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
+        settled = reshaped(settled, shelf_terms[entry.offer.term], floor)
         gain = likelier(settled, hand) - _numbers(entry)
         if merit(entry) < entry.bar and gain < settled_bar(settled, entry, trials):
             continue
@@ -338,6 +342,22 @@ def settled_onset(hand: Round, floor: Array) -> Round:
     if fitted.cost > hand.fitted.cost - KNOB_COST:
         return hand
     return settle(hand.stand, fitted.model, fitted.knobs, floor)
+
+
+def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
+    """Try the last term's shape at other scales under the noise that now suits it, which slopes do not reach."""
+    model, place = hand.fitted.model, len(hand.fitted.model.physics) - 1
+    use, best = model.physics[place], (hand.fitted.cost - KNOB_COST, model)
+    for param in term.params:
+        if param.trials is None or param.kind not in SHAPES or param.low < 0 or param in (term.order, term.params[0]):
+            continue
+        value = use.values[param.name]
+        low, high = plausible(hand.stand, term, param, value)
+        trials = [float(np.clip(value * factor, max(low, param.low), min(high, param.high))) for factor in FACTORS]
+        models = [turned(model, [Knob(place, param.name, 1.0)], np.array([trial])) for trial in trials]
+        costs = 0.5 * np.sum(hand.misfit(models) ** 2, axis=1)
+        best = min(best, (float(np.nanmin(costs)), models[int(np.nanargmin(costs))]), key=lambda pair: pair[0])
+    return hand if best[1] is model else settle(hand.stand, best[1], hand.fitted.knobs, floor)
 
 
 def matters(hand: Round, entry: Entry) -> bool:

@@ -120,7 +120,7 @@ def rivals(
         use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
         if use is None:
             continue
-        if use.onset is not None and own.onset is not None:
+        if own.onset is not None and (use.onset is not None or entry.fitted is None):
             use = replace(use, onset=own.onset)  # what happened then is the question, not when
         model = with_term(replace(hand.fitted.model, physics=others), use)
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]

@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -42,8 +43,8 @@ class Offer:
         Coefficients of the columns -> values of the term, or None where no such term can exist.
     least : float
         Least value of its first number where the model holds so much of it that less may be true, else 0.
-    sudden : bool
-        Whether it may set in during a recording.
+    sets_in : {'readily', 'rarely', 'never'}
+        How it may set in during a recording.
     """
 
     term: str
@@ -51,7 +52,7 @@ class Offer:
     columns: tuple[Values, ...]
     mix: Mix
     least: float = 0.0
-    sudden: bool = True
+    sets_in: Literal["readily", "rarely", "never"] = "readily"
 
     def use(self, values: Values, onset: float | None = None) -> TermUse:
         """Write the term as a model holds it."""
@@ -74,7 +75,7 @@ def offers(
     """
     for side in term.sides or (None,):
         for columns, mix in _forms(term, scales, orders.get(term.name, ()), share):
-            yield Offer(term.name, side, columns, mix, sudden=term.sudden)
+            yield Offer(term.name, side, columns, mix, sets_in=term.sets_in)
 
 
 def _forms(term: PhysicsTerm, scales: Scales, orders: Sequence[float], share: float) -> Iterator[Form]:

@@ -30,6 +30,8 @@ EARLIEST = 0.03
 """Share of the recording before which nothing sets in that was not there all along, nor after it from the end."""
 ONCE = 0.5
 """Share of what the largest step explains that one at another moment may explain."""
+RARE, PLAINLY = 1.05, 100.0
+"""Times the best of what is usual, and log-likelihood, that a term must gain to have set in although it rarely does."""
 ONSET_COST = 5.0
 """Log-likelihood that an onset must gain beyond the same term from the start."""
 
@@ -88,8 +90,16 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
         if offer.term == "position_bias" and stand.count == 1:
             entries.append(stepped(hand, offer))
     bare = signatures - (signatures @ J) @ J.T
-    ranked = sorted((e for e in entries if e is not None), key=lambda e: -e.linear + onset_cost(e))
+    ranked = sorted(usual([e for e in entries if e is not None]), key=lambda e: -e.linear + onset_cost(e))
     return Screening(tuple(ranked), bare, np.sum(bare**2, axis=1), offers)
+
+
+def usual(entries: Sequence[Entry]) -> list[Entry]:
+    """Leave out what would have set in although it rarely does, unless it explains more than all that is usual."""
+    rare = [e for e in entries if e.onset is not None and e.offer.sets_in == "rarely"]
+    common = [e for e in entries if not any(e is other for other in rare)]
+    least = max(RARE * max((e.linear for e in common), default=0.0), PLAINLY)
+    return [*common, *(e for e in rare if e.linear > least)]
 
 
 def onset_cost(entry: Entry) -> float:
@@ -166,7 +176,7 @@ def matched(residual: Array, shape: Array, width: int, n: int) -> tuple[int, flo
 
 def may_set_in(offer: Offer) -> bool:
     """Whether the term may begin during a recording, and a part of its signature then shows it."""
-    return offer.sudden and offer.term != "position_bias"
+    return offer.sets_in != "never" and offer.term != "position_bias"
 
 
 def may_always_be(offer: Offer) -> bool:

@@ -23,7 +23,7 @@ def begin(start, row, v, states):  # type: ignore[no-untyped-def]
     """Set the state: motion, integral part of the controller (NaN keeps it), fresh memories of terms."""
     for i in range(4):
         v[at.X, i] = start[row, i]
-        v[at.TORQUES, i] = 0.0
+        v[at.TORQUES, i] = v[at.JUMPED, i] = 0.0
     v[at.TORQUES, 0] = 1.0
     if math.isfinite(start[row, at.INTEGRAL]):
         v[at.MEMORY, 0], v[at.MEMORY, 1], v[at.MEMORY, 2] = start[row, at.INTEGRAL], 0.0, np.nan

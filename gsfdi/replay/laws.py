@@ -95,4 +95,6 @@ def see(model, m, v, row, time):  # type: ignore[no-untyped-def]
     m[motion.SPEED] = v[row, 1] + v[row, 3]
     m[motion.GEAR], m[motion.MOTOR_TURN] = model[at.GEAR], model[at.GEAR] * v[row, 0]
     m[motion.WINDUP], m[motion.WINDUP_RATE] = v[row, 2], v[row, 3]
+    m[motion.ANGLE_JUMPED] = v[at.JUMPED, 0] + v[at.JUMPED, 2]
+    m[motion.WINDUP_JUMPED] = v[at.JUMPED, 2]
     m[motion.DIRECTION] = 1.0 if m[motion.SPEED] >= 0 else -1.0

@@ -24,5 +24,6 @@ INTEGRAL, FLOWING, STATE_WIDTH = 4, 5, 6
 SHOWN_EFFORT, INNOVATION, SHOWN_WIDTH = 2, 3, 5
 
 # Rows of the scratch vectors. TORQUES carries factor, motor, output and spring torque from a substep to the next.
-X, MIDDLE, FREE, TORQUES, SEEN, SENSED, LATE, MEMORY, FITTED, KEPT = range(10)
+# JUMPED is the sum of what an observer has added to the motion.
+X, MIDDLE, FREE, TORQUES, SEEN, SENSED, LATE, MEMORY, JUMPED, FITTED, KEPT = range(11)
 VECTORS = KEPT + 2

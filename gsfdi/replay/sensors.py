@@ -69,4 +69,6 @@ def show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, 
                 shown[sample, at.INNOVATION + i] += clock[now, at.LEVER] * effort
             if math.isfinite(clock[now, at.POSITION + i]):
                 for n in range(4):
-                    v[at.X, n] += gain[n, i] * shown[sample, at.INNOVATION + i]
+                    jump = gain[n, i] * shown[sample, at.INNOVATION + i]
+                    v[at.X, n] += jump
+                    v[at.JUMPED, n] += jump

@@ -111,6 +111,7 @@ def substep(model, era, m, v, states, flow, first, effort, time, h):  # type: ig
     if any_in(at.OUTPUT_DRY, model):
         output_low, output_high = dry_range(at.OUTPUT_DRY, model, m, states)
     m[motion.ANGLE], m[motion.SPEED] = v[at.MIDDLE, 0], v[at.MIDDLE, 1]
+    m[motion.ANGLE_JUMPED] = v[at.JUMPED, 0]
     on_motor = total(at.MOTOR_TORQUE, model, m, states) - lever
     if any_in(at.MOTOR_DRY, model):
         motor_low, motor_high = dry_range(at.MOTOR_DRY, model, m, states)

@@ -45,5 +45,5 @@ TERM = PhysicsTerm(
     signature=("balance", "output"),
     sides=("output",),
     stiffness=lambda p: p[0],
-    sudden=False,
+    sets_in="rarely",
 )

@@ -46,6 +46,6 @@ TERM = PhysicsTerm(
     source="Z. Q. Zhu and D. Howe, IEEE Trans. Energy Convers. 15 (2000) 407: one order of the Fourier series",
     signature=("balance",),
     wave="order",
-    sudden=False,
+    sets_in="rarely",
     several=True,
 )

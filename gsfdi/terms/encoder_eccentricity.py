@@ -45,6 +45,6 @@ TERM = PhysicsTerm(
     ),
     source="plane geometry: a disc of radius r, e off its axis, reads (e/r) sin(θ + φ) too much",
     signature=("redundancy",),
-    sudden=False,
+    sets_in="rarely",
     several=True,
 )

@@ -71,6 +71,6 @@ TERM = PhysicsTerm(
     signature=("balance", "output"),
     sides=("output",),
     stiffness=lambda p: p[1],
-    sudden=False,
+    sets_in="never",
     several=True,
 )

@@ -34,5 +34,5 @@ TERM = PhysicsTerm(
     structures=("flexible",),
     dissipative=True,
     damping=lambda p: p[0],
-    sudden=False,
+    sets_in="rarely",
 )

@@ -2,15 +2,16 @@
 
 import math
 
-from gsfdi.motion import WINDUP, Param, PhysicsTerm, Vector
+from gsfdi.motion import WINDUP, WINDUP_JUMPED, Param, PhysicsTerm, Vector
 
 
 def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give T z with dz/dε = (1 - z sgn dε) / width, solved exactly over each move."""
+    windup = m[WINDUP] - m[WINDUP_JUMPED]
     if math.isnan(s[0]):
-        s[0], s[1] = 0.0, m[WINDUP]
-    move = (m[WINDUP] - s[1]) / p[1]
-    s[1] = m[WINDUP]
+        s[0], s[1] = 0.0, windup
+    move = (windup - s[1]) / p[1]
+    s[1] = windup
     toward = 1.0 if move > 0.0 else -1.0
     s[0] = toward + (s[0] - toward) * math.exp(-min(abs(move), 700.0))
     return p[0] * s[0]
@@ -53,5 +54,5 @@ TERM = PhysicsTerm(
     dissipative=True,
     memory=True,
     stiffness=lambda p: p[0] / p[1],
-    sudden=False,
+    sets_in="rarely",
 )

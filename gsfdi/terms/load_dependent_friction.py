@@ -34,5 +34,5 @@ TERM = PhysicsTerm(
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,
-    sudden=False,
+    sets_in="rarely",
 )

@@ -33,5 +33,5 @@ TERM = PhysicsTerm(
     ),
     source="P. C. Krause et al., Analysis of Electric Machinery (2013); the curve i_s tanh(i / i_s) is ours",
     signature=("balance", "proportional"),
-    sudden=False,
+    sets_in="rarely",
 )

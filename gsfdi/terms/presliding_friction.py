@@ -2,15 +2,16 @@
 
 import math
 
-from gsfdi.motion import ANGLE, Param, PhysicsTerm, Vector
+from gsfdi.motion import ANGLE, ANGLE_JUMPED, Param, PhysicsTerm, Vector
 
 
 def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give F z with dz/dx = (σ/F) (1 - z sgn dx), solved exactly over each move."""
+    angle = m[ANGLE] - m[ANGLE_JUMPED]
     if math.isnan(s[0]):
-        s[0], s[1] = 0.0, m[ANGLE]
-    move = (m[ANGLE] - s[1]) * p[1] / max(p[0], 1e-12)
-    s[1] = m[ANGLE]
+        s[0], s[1] = 0.0, angle
+    move = (angle - s[1]) * p[1] / max(p[0], 1e-12)
+    s[1] = angle
     toward = 1.0 if move > 0.0 else -1.0
     s[0] = toward + (s[0] - toward) * math.exp(-min(abs(move), 700.0))
     return p[0] * s[0]
@@ -55,5 +56,5 @@ TERM = PhysicsTerm(
     dissipative=True,
     memory=True,
     stiffness=lambda p: p[1],
-    sudden=False,
+    sets_in="rarely",
 )

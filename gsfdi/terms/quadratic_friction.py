@@ -32,5 +32,5 @@ TERM = PhysicsTerm(
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,
-    sudden=False,
+    sets_in="rarely",
 )

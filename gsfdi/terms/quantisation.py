@@ -30,5 +30,5 @@ TERM = PhysicsTerm(
     ),
     source="B. Widrow and I. Kollár, Quantization Noise (2008): y = q round(x / q)",
     signature=("redundancy",),
-    sudden=False,
+    sets_in="never",
 )

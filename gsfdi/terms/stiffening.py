@@ -32,5 +32,5 @@ TERM = PhysicsTerm(
     source="T. D. Tuttle and W. P. Seering, IEEE Trans. Robot. Autom. 12 (1996) 368: cubic spring k1 ε + k2 ε³",
     signature=("windup",),
     structures=("flexible",),
-    sudden=False,
+    sets_in="rarely",
 )

@@ -71,6 +71,6 @@ TERM = PhysicsTerm(
     memory=True,
     stiffness=lambda p: p[0] * (2.0 * math.pi * p[1]) ** 2,
     damping=lambda p: p[0] * 4.0 * math.pi * p[1] * p[2],
-    sudden=False,
+    sets_in="rarely",
     several=True,
 )

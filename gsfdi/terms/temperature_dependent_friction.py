@@ -45,5 +45,5 @@ TERM = PhysicsTerm(
     sides=("motor", "output"),
     dissipative=True,
     damping=lambda p: 4.0 * p[0],
-    sudden=False,
+    sets_in="never",
 )

@@ -43,5 +43,5 @@ TERM = PhysicsTerm(
     ),
     source="the paper's section 5: Kt of its eq. 5-1 falls by 1 %/s from 7.5 s",
     signature=("balance", "proportional"),
-    sudden=False,
+    sets_in="never",
 )

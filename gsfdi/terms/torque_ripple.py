@@ -47,6 +47,6 @@ TERM = PhysicsTerm(
     source="T. M. Jahns and W. L. Soong, IEEE Trans. Ind. Electron. 43 (1996) 321: one harmonic of Kt",
     signature=("balance", "proportional"),
     wave="order",
-    sudden=False,
+    sets_in="rarely",
     several=True,
 )

@@ -59,6 +59,6 @@ TERM = PhysicsTerm(
     signature=("windup",),
     structures=("flexible",),
     wave="order",
-    sudden=False,
+    sets_in="rarely",
     several=True,
 )
