@@ -179,12 +179,16 @@ def component_of(contests: Sequence[Contest], settled: Settled) -> str | None:
     return max(weights, key=lambda name: weights[name]) if weights else None
 
 
-def signals_of(component: str | None, stand: Bench) -> list[str]:
-    """Columns in which a mismatch of this component shows first."""
+def signals_of(component: str | None, stand: Bench, term: str | None = None) -> list[str]:
+    """Columns in which a mismatch of this component, or of this sensor's term, shows first."""
     axis = stand.model.axis
     effort = CHANNELS[stand.records[0].effort].column(axis)
     position = CHANNELS["position"].column(axis)
     speed = CHANNELS["motor_velocity"].column(axis)
+    own = {"current_": [effort], "position_": [position], "velocity_": [speed], "encoder_": [position]}
+    for prefix, columns in own.items():
+        if component == "sensor" and term is not None and term.startswith(prefix):
+            return columns
     if component == "sensor":
         return [position, speed] if stand.sees_speed else [position]
     if component in ("gearbox", "link"):

@@ -86,7 +86,7 @@ def _told(case: Case) -> Reconciliation:
         mismatch={
             "detected": moved_off,
             "p_value": _p_value(case),
-            "effect": 1.0 - case.noise_share,
+            "effect": max([1.0 - case.noise_share, *(f.share for f in case.findings)]),
             "remains": left,
             "smallest_seen": smallest_seen(case, verdict),
             **locate.shares(stand, before, after),
@@ -117,7 +117,10 @@ def final_model(case: Case) -> JointModel:
 
 
 def _p_value(case: Case) -> float:
-    """Probability that chance alone gains as much as the first winner did."""
+    """Probability that chance alone gains as much as the first winner did, or what is wrong of law or values."""
+    surest = max((f.gain for f in case.findings), default=0.0)
+    if surest > 0.0:
+        return float(np.exp(-surest))
     contest = case.contests[0]
     if not contest.entries or not np.isfinite(contest.entries[0].gain):
         return 1.0
@@ -131,11 +134,13 @@ def _location(case: Case, entries: Sequence[Mapping[str, Any]], torque: Sequence
     onset = next((e["onset_s"] for e in entries if e.get("onset_s") is not None), None)
     drift = next((e["parameters"]["onset_s"]["value"] for e in entries if "onset_s" in e["parameters"]), None)
     begins = onset if onset is not None else drift
+    if begins is None and entries and entries[0]["term"] in {f.term for f in case.findings}:
+        begins = 0.0  # a law or a sensor that is wrong is so throughout
     when = [(float(begins), float(stand.scales.seconds))] if begins is not None else locate.moments(stand, torque)
     component = entries[0]["component"] if entries else locate.component_of(case.contests, case.settled)
     return {
         "component": component,
-        "signals": locate.signals_of(component, stand),
+        "signals": locate.signals_of(component, stand, entries[0]["term"] if entries else None),
         "where": [
             {
                 "covariate": p.covariate,
