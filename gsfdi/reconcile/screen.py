@@ -30,8 +30,9 @@ EARLIEST = 0.03
 """Share of the recording before which nothing sets in that was not there all along, nor after it from the end."""
 ONCE = 0.5
 """Share of what the largest step explains that one at another moment may explain."""
-RARE, PLAINLY = 1.05, 100.0
-"""Times the best of what is usual, and log-likelihood, that a term must gain to have set in although it rarely does."""
+RARE, SET_IN, PLAINLY = 1.05, 1.25, 100.0
+"""To have set in although it rarely does, a term must gain so many times the best of what is usual, so many times what
+it would gain had it been there from the start, and so much log-likelihood."""
 ONSET_COST = 5.0
 """Log-likelihood that an onset must gain beyond the same term from the start."""
 
@@ -95,11 +96,23 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
 
 
 def usual(entries: Sequence[Entry]) -> list[Entry]:
-    """Leave out what would have set in although it rarely does, unless it explains more than all that is usual."""
+    """Leave out what would have set in although it rarely does, unless it plainly did.
+
+    It must explain more than all that is usual, and far more than it would had it been there from the start: of a fit
+    that leaves out the first moments this cannot be said.
+    """
     rare = [e for e in entries if e.onset is not None and e.offer.sets_in == "rarely"]
     common = [e for e in entries if not any(e is other for other in rare)]
     least = max(RARE * max((e.linear for e in common), default=0.0), PLAINLY)
-    return [*common, *(e for e in rare if e.linear > least)]
+    always: dict[tuple[str, str | None], float] = {}
+    for e in common:
+        if e.onset is None:
+            own = (e.offer.term, e.offer.side)
+            always[own] = max(always.get(own, 0.0), e.linear)
+    return [
+        *common,
+        *(e for e in rare if e.linear > max(least, SET_IN * always.get((e.offer.term, e.offer.side), 0.0))),
+    ]
 
 
 def onset_cost(entry: Entry) -> float:
