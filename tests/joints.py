@@ -1,10 +1,10 @@
 """Joints for the detectors' tests: the paper's joint as it is simulated, and what is learnt of it fault-free."""
 
-from dataclasses import replace
 from functools import cache
 
 from gsfdi.baseline import Gathering, JointBaseline, learn_joint
 from gsfdi.model import Controller, JointModel, Plant, Sensors
+from gsfdi.reconcile.contract import without_speed as without_speed
 from gsfdi.simulate import fault_of, simulate_record
 from gsfdi.types import Array, JointRecord
 
@@ -22,11 +22,6 @@ MODEL = JointModel(
 def record(*faults: str, seed: int = 0, duration: float = 40.0) -> JointRecord:
     """Telemetry of the paper's joint with the faults given as on the command line."""
     return simulate_record(MODEL, faults=tuple(fault_of(one) for one in faults), seed=seed, duration=duration)
-
-
-def without_speed(record: JointRecord) -> JointRecord:
-    """Give a recording in which nobody logged a speed."""
-    return replace(record, channels={k: v for k, v in record.channels.items() if not k.endswith("_velocity")})
 
 
 @cache

@@ -13,13 +13,14 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import Reconciliation, reconcile, twin
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.compete import FEWEST, MATERIAL, Contest, opening, share_to_try
+from gsfdi.reconcile.compete import Contest, opening
 from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.dating import middle
 from gsfdi.reconcile.gaps import at_corners
 from gsfdi.reconcile.judge import Name, Rival, is_nothing, least_share
 from gsfdi.reconcile.law import check_law
 from gsfdi.reconcile.offer import SHARE, Offer
+from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.window import dating_window, typical_window

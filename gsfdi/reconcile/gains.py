@@ -11,12 +11,13 @@ import numpy as np
 
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import all_offers, opening, possible
+from gsfdi.reconcile.compete import opening
 from gsfdi.reconcile.contract import Settled, settle_contract
 from gsfdi.reconcile.doubted import estimated
 from gsfdi.reconcile.hand import NEARLY, Round, likelier, settle
 from gsfdi.reconcile.law import SURE
 from gsfdi.reconcile.noise import effort_floor
+from gsfdi.reconcile.offering import all_offers, possible
 from gsfdi.reconcile.screen import Entry, refit, screen
 from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.reconcile.suspects import CLOCKS, suspects

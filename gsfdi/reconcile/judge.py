@@ -8,9 +8,10 @@ import numpy as np
 from gsfdi.fit import Fitted
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import KNOB_COST, Contest, missing, size_of, without
+from gsfdi.reconcile.compete import Contest, missing, without
 from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed
+from gsfdi.reconcile.finalists import KNOB_COST, size_of
 from gsfdi.reconcile.hand import Round, around, is_sensor, with_term
 from gsfdi.reconcile.knobs import plausible, term_knobs
 from gsfdi.reconcile.say import CONFUSED

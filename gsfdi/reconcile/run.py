@@ -12,14 +12,16 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.calibrate import by_chance
 from gsfdi.reconcile.case import Case
-from gsfdi.reconcile.compete import PLAIN, Contest, all_offers, compete, merit, undecided
+from gsfdi.reconcile.compete import Contest, compete, undecided
 from gsfdi.reconcile.contract import Settled, levels
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
 from gsfdi.reconcile.entries import groups_of, law_entries, parameters_of, shift_entries, smallest_seen, term_entries
 from gsfdi.reconcile.evidence import evidence_of
+from gsfdi.reconcile.finalists import PLAIN, merit
 from gsfdi.reconcile.gains import settle_law
 from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.judge import names
+from gsfdi.reconcile.offering import all_offers
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.surplus import merged

@@ -13,8 +13,9 @@ import numpy as np
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import CHANCE, contend, merit, opening
+from gsfdi.reconcile.compete import contend, opening
 from gsfdi.reconcile.contract import settle_contract
+from gsfdi.reconcile.finalists import CHANCE, merit
 from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.screen import Entry

@@ -1,0 +1,66 @@
+"""Every term of the shelf on the contract's joint, made by gsfdi's own simulator and reconciled with what lacks it.
+
+``python benchmarks/shelf.py [--onset 40] [--without law] [--without speed]`` prints one line a term: what was put in,
+what was named, and how long that took. No proof, for simulator and reconcile share their laws: whatever is wrong here
+is wrong everywhere.
+"""
+
+import argparse
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+from gsfdi.model import Side, TermUse
+from gsfdi.modelfile import load_models
+from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile import reconcile
+from gsfdi.registry import shelf
+from gsfdi.simulate import simulate_record
+
+HOME = Path(__file__).resolve().parent.parent
+Job = tuple[str, float | None, tuple[str, ...], int, float]
+
+
+def one(job: Job) -> tuple[bool, str]:
+    """Simulate one term at the sizes of its file, and reconcile; whether it was named alone, and a line on it."""
+    name, onset, without, seed, seconds = job
+    joint = load_models(HOME / "configs" / "era_joint.toml").for_joint("era-joint")
+    term = shelf("gsfdi.terms", PhysicsTerm)[name]
+    side: Side | None = term.sides[0] if term.sides else None
+    use = TermUse(name, {param.name: param.start for param in term.params}, side, onset)
+    record = simulate_record(replace(joint, physics=(use,)), seed=seed, duration=seconds)
+    if "speed" in without:
+        record = replace(record, channels={k: v for k, v in record.channels.items() if not k.endswith("_velocity")})
+    start = time.process_time()
+    answer = reconcile([record], replace(joint, controller=None) if "law" in without else joint)
+    took = time.process_time() - start
+    found = [
+        (entry["term"], *(f"{key} {number['value']:.4g}" for key, number in entry["parameters"].items()))
+        for entry in answer.omitted_physics
+    ]
+    alike = [group for group in answer.indistinguishable if name in group]
+    return [entry[0] for entry in found] == [name], f"{name}: {answer.verdict}, {found} {alike or ''} {took:.1f} s"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--onset", type=float)
+    parser.add_argument("--without", action="append", default=[], choices=("law", "speed"))
+    parser.add_argument("--seed", type=int, default=11)
+    parser.add_argument("--seconds", type=float, default=120.0)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("terms", nargs="*")
+    given = parser.parse_args()
+    terms = given.terms or sorted(shelf("gsfdi.terms", PhysicsTerm))
+    jobs = [(name, given.onset, tuple(given.without), given.seed, given.seconds) for name in terms]
+    with ProcessPoolExecutor(given.jobs) as pool:
+        lines = []
+        for alone, line in pool.map(one, jobs):
+            lines.append(alone)
+            print("  " if alone else "! ", line, flush=True)
+    print(f"{sum(lines)} of {len(lines)} named, and nothing besides")
+
+
+if __name__ == "__main__":
+    main()

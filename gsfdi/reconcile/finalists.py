@@ -1,0 +1,160 @@
+"""What a finalist of a round must pass: the bar of chance, its own shadow, and a size worth a name."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gsfdi.fit import Fitted, Knob, turned
+from gsfdi.model import TermUse
+from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile.calibrate import bar, inflations
+from gsfdi.reconcile.hand import NEARLY, Round, is_sensor, settle, with_term
+from gsfdi.reconcile.knobs import plausible
+from gsfdi.reconcile.offering import MATERIAL
+from gsfdi.reconcile.remainder import torque_between
+from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset
+from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.types import Array
+
+KNOB_COST = 4.0
+"""Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""
+CHANCE = 0.005
+"""Probability that chance alone makes one of all offers a winner."""
+PLAIN = 100.0
+"""Merit from which a finalist below its bar is settled, to be held against the bar that it has then."""
+UNPROMISED = 2.0
+"""How many times what the regression promised a faint finalist may gain."""
+SLIP = 10.0
+"""Times the noise of the position by which a joint may slip without that being seen."""
+SHAPES = ("plain", "follower")
+"""Kinds of numbers that shape a term: neither phases nor lever arms."""
+FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
+"""Times its value at which a number that shapes a term is tried once the term is settled."""
+
+
+def distinct(entries: Sequence[Entry], most: int) -> list[Entry]:
+    """The best entry of each term and side, from the start and from an onset on."""
+    seen: dict[tuple[str, str | None, bool], Entry] = {}
+    for entry in entries:
+        seen.setdefault((entry.offer.term, entry.offer.side, entry.onset is None), entry)
+    return list(seen.values())[:most]
+
+
+def calibrated(hand: Round, screening: Screening, ranked: Sequence[Entry]) -> list[Entry]:
+    """Give each finalist the bar that it must pass, under what the best of them leaves."""
+    if not ranked or ranked[0].fitted is None:
+        return []
+    times = inflations(screening.bare, screening.information, ranked[0].fitted.residual, hand.stand.blocks())
+    found = []
+    for entry in ranked:
+        own = float(np.max(times[slice(*entry.rows)], initial=1.0))
+        found.append(replace(entry, inflation=own, bar=_bar(entry, own, len(times))))
+    return found
+
+
+def fairly(hand: Round, entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) -> Entry:
+    """Take off a finalist what its term gains by being written into the model, were it nothing.
+
+    A model with a spring or a delay that is no plain number is stepped otherwise than one without. Where the effort is
+    known exactly that alone, with the numbers in hand fitted anew, may suit a recording better by tens. So may numbers
+    gone far along a direction in which nothing is felt, through the moments at which a joint sticks and slips; the
+    regression had promised none of it.
+    """
+    fitted = entry.fitted
+    if fitted is None or merit(entry) > PLAIN:
+        return entry
+    entry = replace(entry, gain=min(entry.gain, UNPROMISED * entry.linear))
+    use = _idle(fitted.model.physics[-1], shelf_terms)
+    if use is None or merit(entry) < LEAST:
+        return entry
+    start = turned(hand.fitted.model, hand.fitted.knobs, fitted.values[: len(hand.fitted.knobs)])
+    idle = fit_knobs(hand.misfit, with_term(start, use), hand.fitted.knobs, 3)
+    return replace(entry, gain=entry.gain - max(hand.fitted.cost - idle.cost, 0.0))
+
+
+def _idle(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> TermUse | None:
+    """Give a term with the number that sizes it at nothing."""
+    size = shelf_terms[use.term].params[0]
+    return None if size.neutral is None else replace(use, values={**use.values, size.name: size.neutral})
+
+
+def needed(ranked: Sequence[Entry]) -> list[Entry]:
+    """Finalists without those that set in to no purpose: the same term from the start has as much merit."""
+    always = {(e.offer.term, e.offer.side): merit(e) for e in ranked if e.onset is None}
+    return [e for e in ranked if e.onset is None or merit(e) > always.get((e.offer.term, e.offer.side), -np.inf)]
+
+
+def matters(hand: Round, entry: Entry) -> bool:
+    """Whether a fitted term is large enough for a name: a torque must be, an error of what is seen need only be sure.
+
+    An error of the current is as good as a torque; a step of the position that noise hides, as good as a slip.
+    """
+    if entry.fitted is None:
+        return False
+    if entry.offer.term == "position_bias":
+        return abs(entry.fitted.model.physics[-1].values["bias_rad"]) > SLIP * hand.stand.scales.noise
+    if is_sensor(entry.offer.term) and not entry.offer.term.startswith("current_"):
+        return True
+    model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
+    return bool(torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0] > MATERIAL)
+
+
+def size_of(hand: Round, fitted: Fitted) -> float:
+    """Torque that a fitted model has and the one in hand lacks, root mean square, as a share of the drive's."""
+    return float(torque_between(hand.stand, hand.fitted.model, fitted.model)[0])
+
+
+def merit(entry: Entry) -> float:
+    """Gain in log-likelihood less what its numbers cost."""
+    return entry.gain - cost_of(entry) if np.isfinite(entry.gain) else -np.inf
+
+
+def cost_of(entry: Entry) -> float:
+    """Log-likelihood that the numbers of an entry must earn."""
+    return KNOB_COST * (len(entry.offer.columns[0]) + (2 if entry.onset is not None else 0))
+
+
+def settled_onset(hand: Round, floor: Array) -> Round:
+    """Move the onset of the last term under the noise that now suits it, a wrong one being noise itself."""
+    width = hand.stand.scales.seconds / ONSETS / 4
+    fitted = refined_onset(hand, hand.fitted, len(hand.fitted.model.physics) - 1, width)
+    if fitted.cost > hand.fitted.cost - KNOB_COST:
+        return hand
+    return settle(hand.stand, fitted.model, fitted.knobs, floor)
+
+
+def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
+    """Try the last term's shape at other scales under the noise that now suits it, which slopes do not reach."""
+    if np.all(hand.torque < NEARLY * floor):
+        return hand  # nothing is missing
+    model, place = hand.fitted.model, len(hand.fitted.model.physics) - 1
+    use, best = model.physics[place], (hand.fitted.cost - KNOB_COST, model)
+    for param in term.params:
+        if param.trials is None or param.kind not in SHAPES or param.low < 0 or param in (term.order, term.params[0]):
+            continue
+        value = use.values[param.name]
+        low, high = plausible(hand.stand, term, param, value)
+        trials = [float(np.clip(value * factor, max(low, param.low), min(high, param.high))) for factor in FACTORS]
+        models = [turned(model, [Knob(place, param.name, 1.0)], np.array([trial])) for trial in trials]
+        costs = 0.5 * np.sum(hand.misfit(models) ** 2, axis=1)
+        best = min(best, (float(np.nanmin(costs)), models[int(np.nanargmin(costs))]), key=lambda pair: pair[0])
+    return hand if best[1] is model else settle(hand.stand, best[1], hand.fitted.knobs, floor)
+
+
+def settled_bar(settled: Round, entry: Entry, trials: int) -> float:
+    """Bar that an entry must pass once it is settled.
+
+    What acts in a few blocks of time only, as a stop does, leaves misfits there until its numbers are right, and these
+    make chance seem able to do as much.
+    """
+    fitted = settled.fitted
+    own = np.array([knob.place == len(fitted.model.physics) - 1 for knob in fitted.knobs])
+    rest, columns = fitted.jacobian[:, ~own], fitted.jacobian[:, own]
+    bare = columns - rest @ np.linalg.lstsq(rest, columns, rcond=1e-9)[0]
+    times = inflations(bare.T, np.sum(bare**2, axis=0), fitted.residual, settled.stand.blocks())
+    return _bar(entry, float(np.max(times, initial=1.0)), trials)
+
+
+def _bar(entry: Entry, inflation: float, trials: int) -> float:
+    return max(LEAST, bar(inflation, trials, CHANCE)) + onset_cost(entry)
