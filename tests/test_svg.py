@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -70,6 +70,7 @@ def test_a_path_stays_within_a_pixel_of_its_samples(y: npt.NDArray[np.float64]) 
 
 
 @given(ANY, ANY, st.booleans())
+@example(np.array([8.83164639e-292]), np.array([3.38353559e13]), False)
 @settings(max_examples=80, deadline=None)
 def test_any_numbers_give_a_well_formed_drawing(
     x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], log: bool

@@ -28,6 +28,8 @@ from gsfdi.svg.scale import (
 from gsfdi.types import Array
 
 WIDTH, LEFT, RIGHT, TOP, BOTTOM = 560, 62, 10, 22, 36
+FAR = 1e9
+"""Farthest from the drawing that anything is placed [px]."""
 WIDEST = 720
 
 CROSS = "m-14-14l28 28m0-28l-28 28"
@@ -84,8 +86,10 @@ class Axis:
         return array
 
     def place(self, values: npt.ArrayLike) -> Array:
-        """Bring data to where it is drawn."""
-        return self.start + (self.scaled(values) - self.low) / (self.high - self.low) * (self.end - self.start)
+        """Bring data to where it is drawn, or as far off as may be written."""
+        with np.errstate(over="ignore"):
+            share = (self.scaled(values) - self.low) / (self.high - self.low)
+            return np.clip(self.start + share * (self.end - self.start), -FAR, FAR)
 
     def ticks(self, about: int) -> tuple[Array, list[str]]:
         """Give places and labels of the ticks."""
