@@ -15,6 +15,7 @@ from gsfdi.model import Side, TermUse
 from gsfdi.modelfile import load_models
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.contract import without_speed
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
 
@@ -31,7 +32,7 @@ def one(job: Job) -> tuple[bool, str]:
     use = TermUse(name, {param.name: param.start for param in term.params}, side, onset)
     record = simulate_record(replace(joint, physics=(use,)), seed=seed, duration=seconds)
     if "speed" in without:
-        record = replace(record, channels={k: v for k, v in record.channels.items() if not k.endswith("_velocity")})
+        record = without_speed(record)
     start = time.process_time()
     answer = reconcile([record], replace(joint, controller=None) if "law" in without else joint)
     took = time.process_time() - start

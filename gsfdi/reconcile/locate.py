@@ -185,12 +185,10 @@ def signals_of(component: str | None, stand: Bench, term: str | None = None) -> 
     effort = CHANNELS[stand.records[0].effort].column(axis)
     position = CHANNELS["position"].column(axis)
     speed = CHANNELS["motor_velocity"].column(axis)
-    own = {"current_": [effort], "position_": [position], "velocity_": [speed], "encoder_": [position]}
-    for prefix, columns in own.items():
-        if component == "sensor" and term is not None and term.startswith(prefix):
-            return columns
     if component == "sensor":
-        return [position, speed] if stand.sees_speed else [position]
+        own = {"current": [effort], "position": [position], "velocity": [speed], "encoder": [position]}
+        every = [position, speed] if stand.sees_speed else [position]
+        return own.get((term or "").partition("_")[0], every)
     if component in ("gearbox", "link"):
         return [effort, position]
     return [effort]

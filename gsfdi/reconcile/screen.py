@@ -101,18 +101,15 @@ def usual(entries: Sequence[Entry]) -> list[Entry]:
     It must explain more than all that is usual, and far more than it would had it been there from the start: of a fit
     that leaves out the first moments this cannot be said.
     """
+    common = [e for e in entries if e.onset is None or e.offer.sets_in != "rarely"]
     rare = [e for e in entries if e.onset is not None and e.offer.sets_in == "rarely"]
-    common = [e for e in entries if not any(e is other for other in rare)]
     least = max(RARE * max((e.linear for e in common), default=0.0), PLAINLY)
-    always: dict[tuple[str, str | None], float] = {}
-    for e in common:
-        if e.onset is None:
-            own = (e.offer.term, e.offer.side)
-            always[own] = max(always.get(own, 0.0), e.linear)
-    return [
-        *common,
-        *(e for e in rare if e.linear > max(least, SET_IN * always.get((e.offer.term, e.offer.side), 0.0))),
-    ]
+
+    def always(entry: Entry) -> float:
+        own = (entry.offer.term, entry.offer.side)
+        return max((e.linear for e in common if e.onset is None and (e.offer.term, e.offer.side) == own), default=0.0)
+
+    return [*common, *(e for e in rare if e.linear > least and e.linear > SET_IN * always(e))]
 
 
 def onset_cost(entry: Entry) -> float:

@@ -4,6 +4,8 @@ A gain that is off puts its part of the law into the told speed and nowhere else
 So one regression on everything that is seen knows gains to a part in ten thousand.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
@@ -37,9 +39,9 @@ def suspects(first: Round) -> list[LawFinding]:
     if first.stand.lever == 0:
         return []
     best: LawFinding | None = None
-    J, residual = orthonormal(first), first.fitted.residual
-    for term, column in columns(first).items():
-        bare = column - J @ (J.T @ column)
+    J, residual, seen = orthonormal(first), first.fitted.residual, speeds(first)
+    for term, column in columns(first, seen).items():
+        bare = beside(J, column)
         info = float(bare @ bare)
         if info <= 0:
             continue
@@ -50,7 +52,7 @@ def suspects(first: Round) -> list[LawFinding]:
         if gain > (best.gain if best else SURE) and not trifle:
             share = 2 * gain / float(residual @ residual)
             best = LawFinding(term, valued(term, size), None, gain, share, info**-0.5)
-    found = [f for f in (suspect_step(first), best, suspect_drift(first)) if f is not None]
+    found = [f for f in (suspect_step(first), best, suspect_drift(first, seen)) if f is not None]
     found.sort(key=lambda f: -f.share)
     return [f for place, f in enumerate(found) if f.term not in {g.term for g in found[:place]}]
 
@@ -68,31 +70,29 @@ def suspect_step(first: Round) -> LawFinding | None:
     for record in stand.records:
         kink, slope, share = bent(*drift_of(record, first))
         if share > PLAIN_BEND and (found is None or share > found.share):
-            gain = 0.5 * len(record.t) * float(np.log(1.0 / max(1.0 - share, 1e-12)))
+            gain = gained(share, len(record.t))
             spread = 0.01 * abs(slope) * law.derivative
             found = LawFinding("current_bias", {"bias_a": -slope * law.derivative}, kink, gain, share, spread)
     return found
 
 
-def suspect_drift(first: Round) -> LawFinding | None:
+def suspect_drift(first: Round, seen: Sequence[Array]) -> LawFinding | None:
     """Find what of the law makes the told speed drift from that of the positions, where innovations are of no use."""
     if np.all(first.torque < UNUSABLE * first.stand.scales.torque):
         return None
     found: LawFinding | None = None
-    for record, speed in zip(first.stand.records, speeds(first), strict=True):
+    for record, speed in zip(first.stand.records, seen, strict=True):
         t, drift = drift_of(record, first)
-        straight = np.linalg.qr(np.column_stack([np.ones(len(t)), t]))[0]
-        drift -= straight @ (straight.T @ drift)
+        line = line_over(t)
+        drift = beside(line, drift)
         for term, sensed in off_by(record, first.fitted.model, speed, first.stand.lever).items():
             shown = cumulative_trapezoid(sensed[:, 1], record.t, initial=0) / first.stand.scales.turns - sensed[:, 0]
-            column = np.interp(t, record.t, shown)
-            column -= straight @ (straight.T @ column)
+            column = beside(line, np.interp(t, record.t, shown))
             info = max(float(column @ column), 1e-300)
             size = float(column @ drift) / info
             share = size**2 * info / max(float(drift @ drift), 1e-300)
             if share > (found.share if found else PLAIN_BEND):
-                gain = 0.5 * len(t) * float(np.log(1.0 / max(1.0 - share, 1e-12)))
-                found = LawFinding(term, valued(term, size), None, gain, share, 0.01 * abs(size))
+                found = LawFinding(term, valued(term, size), None, gained(share, len(t)), share, 0.01 * abs(size))
     return found
 
 
@@ -104,14 +104,28 @@ def drift_of(record: JointRecord, first: Round) -> tuple[Array, Array]:
     return t, cumulative_trapezoid(speed, t, initial=0) / first.stand.scales.turns - position[good]
 
 
+def line_over(t: Array) -> Array:
+    """Orthonormal columns ``(n, 2)`` that span every straight line over time."""
+    return np.asarray(np.linalg.qr(np.column_stack([np.ones(len(t)), t]))[0])
+
+
+def beside(basis: Array, values: Array) -> Array:
+    """Give values less what orthonormal columns can take over of them."""
+    return np.asarray(values - basis @ (basis.T @ values))
+
+
+def gained(share: float, samples: int) -> float:
+    """Log-likelihood gained where a share of what is left over so many samples is explained."""
+    return 0.5 * samples * float(np.log(1.0 / max(1.0 - share, 1e-12)))
+
+
 def bent(t: Array, values: Array) -> tuple[float, float, float]:
     """Where a line with one bend fits best, how much its slope changes there, and the share that this explains."""
-    straight = np.linalg.qr(np.column_stack([np.ones(len(t)), t]))[0]
-    left = values - straight @ (straight.T @ values)
+    line = line_over(t)
+    left = beside(line, values)
     best = (0.0, 0.0, float(t[0]))
     for step in range(10, len(t) - 10, max(1, len(t) // BENDS)):
-        bend = np.maximum(t - t[step], 0.0)
-        bend -= straight @ (straight.T @ bend)
+        bend = beside(line, np.maximum(t - t[step], 0.0))
         slope = float(bend @ left) / float(bend @ bend)
         best = max(best, (slope**2 * float(bend @ bend), slope, float(t[step])))
     return best[2], best[1], best[0] / max(float(left @ left), 1e-300)
@@ -124,13 +138,16 @@ def valued(term: str, size: float) -> dict[str, float]:
     return {"ratio": 1 - size if term in ("controller_proportional", "controller_integral") else 1 / (1 + size)}
 
 
-def columns(first: Round) -> dict[str, Array]:
-    """White innovations that each part of the law leaves where it is off, by term, without the sensors' noise."""
+def columns(first: Round, seen: Sequence[Array]) -> dict[str, Array]:
+    """White innovations that each part of the law leaves where it is off, by term, without the sensors' noise.
+
+    `seen` is the speed by stretch (see `speeds`).
+    """
     stand, model = first.stand, first.fitted.model
     drive = drive_gain(model, stand.records[0].effort)
     there = {use.term for use in model.physics}
     found: dict[str, list[Array]] = {}
-    for i, (record, speed) in enumerate(zip(stand.records, speeds(first), strict=True)):
+    for i, (record, speed) in enumerate(zip(stand.records, seen, strict=True)):
         for term, sensed in off_by(record, model, speed, stand.lever).items():
             torque = np.zeros((1, len(record.t), stand.system.Bt.shape[1]))
             if term == "current_gain":  # that sensor drives the model, too
