@@ -12,11 +12,12 @@ import numpy as np
 from scipy.signal import butter, filtfilt
 
 from gsfdi import ingest
-from gsfdi.model import JointModel
-from gsfdi.modelfile import load_models
+from gsfdi.model import JointModel, TermUse
+from gsfdi.modelfile import load_models, terms
+from gsfdi.motion import ANGLE, DIRECTION, QUANTITIES, SPEED, STATES
 from gsfdi.reconcile import reconcile
 from gsfdi.simulate import drive_of, replay
-from gsfdi.types import JointRecord
+from gsfdi.types import Array, JointRecord
 
 HOME = Path(__file__).resolve().parents[1]
 REAL = Path(os.environ.get("GSFDI_REAL", HOME.parent / "shared" / "real")) / "emps"
@@ -31,23 +32,33 @@ def misfit(record: JointRecord, model: JointModel) -> float:
 def balance(record: JointRecord, model: JointModel) -> float:
     """Force that the model asks for to move as recorded, less the recorded one, relative, in per cent.
 
-    Positions and force pass the same filter without lag before speeds and accelerations are taken (M. Gautier,
-    Dynamic identification of robots with power model, ICRA 1997).
+    Positions, friction and force pass the same filter without lag (M. Gautier, Dynamic identification of robots with
+    power model, ICRA 1997). A force is held for a sample, so that what moves the joint at an instant is half old.
     """
-    b, a = butter(4, 20.0, fs=1.0 / float(np.median(np.diff(record.t))))
-    position, force = (filtfilt(b, a, record[name]) for name in ("position", record.effort))
+    period = float(np.median(np.diff(record.t)))
+    b, a = butter(4, 20.0, fs=1.0 / period)
+    position = filtfilt(b, a, record["position"])
     speed = np.gradient(position, record.t)
-    asked = model.plant.output_inertia * np.gradient(speed, record.t)
-    way = np.tanh(speed / 1e-3)
+    asked, late = model.plant.output_inertia * np.gradient(speed, record.t), 0.5 * period
     for use in model.physics:
-        if use.term == "viscous_friction":
-            asked += use.values["coefficient_nms_rad"] * speed
-        elif use.term in ("coulomb_friction", "presliding_friction"):  # a bristle that slides
-            asked += use.values["torque_nm"] * way
-        elif use.term == "asymmetric_friction":
-            asked += 0.5 * (use.values["difference_nm"] + use.values["difference_nms_rad"] * np.abs(speed))
+        if use.term == "actuation_delay":
+            late += use.values["delay_s"]
+        else:
+            asked += filtfilt(b, a, friction(use, position, speed))
+    force = np.interp(record.t - late, record.t, filtfilt(b, a, record[record.effort]))
     inner = slice(200, -200)
     return float(100 * np.linalg.norm((force - asked)[inner]) / np.linalg.norm(force[inner]))
+
+
+def friction(use: TermUse, position: Array, speed: Array) -> Array:
+    """Force with which a term of friction resists along a motion."""
+    term = terms()[use.term]
+    m, s, p = np.zeros(QUANTITIES), np.full(STATES, np.nan), [use.values[param.name] for param in term.params]
+    found = np.zeros(len(speed))
+    for k, m[ANGLE] in enumerate(position):
+        m[SPEED], m[DIRECTION] = speed[k], np.sign(speed[k])
+        found[k] = term.law(m, p, s) * (m[DIRECTION] if term.place == "dry" else 1.0)
+    return found
 
 
 def main() -> None:

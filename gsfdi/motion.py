@@ -171,6 +171,8 @@ class PhysicsTerm:
         what lies in the design, teeth, magnets and cables; never, as what says itself where or when it acts.
     several : bool
         Whether a joint may have more than one of it.
+    beside : tuple of str
+        Terms that must be in a model before this one may join, because alone it would stand for a mixture of them.
     """
 
     name: str
@@ -192,6 +194,7 @@ class PhysicsTerm:
     wave: str = ""
     sets_in: Literal["readily", "rarely", "never"] = "readily"
     several: bool = False
+    beside: tuple[str, ...] = ()
 
     @property
     def order(self) -> Param | None:

@@ -17,7 +17,7 @@ from gsfdi.reconcile.compete import Contest, opening
 from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.dating import middle
 from gsfdi.reconcile.gaps import at_corners
-from gsfdi.reconcile.judge import Name, Rival, is_nothing, least_share
+from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing, least_share
 from gsfdi.reconcile.law import check_law
 from gsfdi.reconcile.offer import SHARE, Offer
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
@@ -105,6 +105,27 @@ def test_two_effects_at_once_are_both_named_and_nothing_besides() -> None:
     both = (TermUse("coulomb_friction", {"torque_nm": 0.4}), TermUse("cogging", COGGING))
     answer = reconcile([simulate_record(replace(NOMINAL, physics=both), seed=1, duration=90.0)], NOMINAL)
     assert {entry["term"] for entry in answer.omitted_physics} == {"coulomb_friction", "cogging"}
+
+
+def test_a_lubricant_that_yields_shapes_the_friction_that_is_there() -> None:
+    known = (
+        TermUse("coulomb_friction", {"torque_nm": 0.2}),
+        TermUse("viscous_friction", {"coefficient_nms_rad": 0.2}),
+    )
+    film = TermUse("shear_thinning_friction", {"torque_nm": 0.3, "velocity_rad_s": 0.006})
+    answer = told(*known, film, nominal=replace(NOMINAL, physics=known))
+    assert [entry["term"] for entry in answer.omitted_physics] == ["shear_thinning_friction"]
+    numbers = answer.omitted_physics[0]["parameters"]
+    assert numbers["torque_nm"]["value"] == pytest.approx(0.3, rel=0.02)
+    assert numbers["velocity_rad_s"]["value"] == pytest.approx(0.006, rel=0.02)
+
+
+def test_a_mixture_of_two_frictions_is_no_third() -> None:
+    both = (
+        TermUse("coulomb_friction", {"torque_nm": 0.4}),
+        TermUse("viscous_friction", {"coefficient_nms_rad": 0.3}),
+    )
+    assert {e["term"] for e in told(*both).omitted_physics} == {"coulomb_friction", "viscous_friction"}
 
 
 COGGING = {"amplitude_nm": 0.2, "order": 40.0, "phase_rad": 0.3}
@@ -331,6 +352,25 @@ def test_a_slight_term_mends_the_law_of_a_weightier_one() -> None:
     least = [least_share(1, [(stribeck, 0.99), (use, 0.01)], shelf_terms) for use in (cogging, viscous, less)]
     assert 0.0 == least[0] < 0.01 < least[1] < least[2]
     assert least_share(0, [(stribeck, 0.99), (viscous, 0.01)], shelf_terms) == 0.0
+    one_way = TermUse("asymmetric_friction", {"difference_nm": 1.0, "difference_nms_rad": 0.0})
+    assert least_share(1, [(stribeck, 0.99), (one_way, 0.01)], shelf_terms) == 0.0
+
+
+def test_a_bristle_that_bends_within_a_sample_is_dry_friction() -> None:
+    stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, reach=1.0, speed=0.1, period=0.01))
+    dry = TermUse("coulomb_friction", {"torque_nm": 1.0})
+    stiff, soft = (
+        TermUse("presliding_friction", {"torque_nm": 1.0, "stiffness_nm_rad": stiffness}) for stiffness in (2e4, 5e3)
+    )
+    assert alike(SimpleNamespace(stand=stand), dry, stiff)  # type: ignore[arg-type]
+    assert not alike(SimpleNamespace(stand=stand), dry, soft)  # type: ignore[arg-type]
+
+
+def test_a_term_that_gains_nothing_is_no_name() -> None:
+    mode = TermUse("structural_mode", {"inertia_kg_m2": 0.0, "frequency_hz": 2.4, "damping_ratio": 0.001})
+    term = shelf("gsfdi.terms", PhysicsTerm)["structural_mode"]
+    assert is_nothing(Name(mode, 1.0, 0.0, {"inertia_kg_m2": (0.0, 0.5)}, ()), term)
+    assert not is_nothing(Name(mode, 1.0, 0.1, {"inertia_kg_m2": (0.0, 0.5)}, ()), term)
 
 
 def test_a_term_on_the_other_side_is_the_same_name() -> None:

@@ -128,7 +128,8 @@ def shape_for(kinds: list[Kind], rng: Rng) -> Shape:
 def known_friction(kinds: list[Kind], shape: Shape, joint: Joint, s: Scales, rng: Rng) -> tuple[Effect, ...]:
     """Friction that the nominal model knows of, none of it of the kind that is left out."""
     acting = {kind.name.split("/")[0] for kind in kinds}
-    needs = bool(acting & {"asymmetric_friction", "stribeck_friction"})  # these modify a friction that is there
+    shapes = {"asymmetric_friction", "stribeck_friction", "shear_thinning_friction"}  # of a friction that is there
+    needs = bool(acting & shapes)
     if not needs and rng.random() > shape.friction:
         return ()
     side: Literal["motor"] | None = "motor" if joint.structure == "flexible" else None

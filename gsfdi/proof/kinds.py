@@ -33,6 +33,7 @@ from gsfdi.proof.sizes import (
     unbalance,
     uneven_mesh,
     weakening_magnet,
+    yielding_film,
 )
 from gsfdi.proof.world import Effect, Joint
 
@@ -105,6 +106,7 @@ KINDS: dict[str, Kind] = {
             "friction",
             in_proportion("quadratic_friction", "coefficient_nms2_rad2", lambda s, j: s.torque / s.speed**2, 0.4),
         ),
+        Kind("shear_thinning_friction", "friction", yielding_film),
         Kind("stiffness_change", "gearbox", off_by("stiffness_change", 0.25), FLEXIBLE, family="parameter", onset=True),
         Kind(
             "stiffening",

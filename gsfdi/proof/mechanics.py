@@ -46,6 +46,7 @@ from gsfdi.proof.effects import (
     STRIBECK_L,
     STRIBECK_M,
     TEMP_FRICTION,
+    THINNING,
     VISCOUS_L,
     VISCOUS_M,
 )
@@ -172,11 +173,13 @@ def dampers(p: Array, plant: Array, s: Array, temperature: float) -> tuple[float
 
 @numba.njit(cache=True, error_model="numpy")
 def motor_level(p: Array, s: Array, load: float, drag: float) -> float:
-    """Dry friction of the motor side that depends on load, place and the world outside."""
+    """Dry friction of the motor side that depends on load, place, speed and the world outside."""
     level: float = p[COULOMB_M, 0] + p[LOAD_FRICTION, 0] * load + drag
     if p[BUMP, 0] > 0.0:
         where = (s[XL] - p[BUMP, 1]) / p[BUMP, 2]
         level += p[BUMP, 0] * math.exp(-0.5 * where * where)
+    if p[THINNING, 0] > 0.0:
+        level += p[THINNING, 0] * -math.expm1(-abs(s[VM]) / p[THINNING, 1])
     if p[SECTOR, 0] > 0.0 and s[VM] * (math.sin(p[SECTOR, 1] * s[XL]) - p[SECTOR, 2]) > 0.0:
         level += p[SECTOR, 0]  # a pawl: drags only one way, and that way depends on the sector
     return level

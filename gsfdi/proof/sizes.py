@@ -126,6 +126,12 @@ def stribeck(s: Scales, j: Joint, f: float, rng: Rng) -> Effect:
     return Effect("stribeck_friction", values, side_of(j, rng))
 
 
+def yielding_film(s: Scales, j: Joint, f: float, rng: Rng) -> Effect:
+    """Give friction that builds up over a small part of the speed."""
+    values = {"torque_nm": near(rng, 0.3) * s.torque * f, "velocity_rad_s": near(rng, 0.08) * s.speed}
+    return Effect("shear_thinning_friction", values)
+
+
 def bristles(s: Scales, j: Joint, f: float, rng: Rng) -> Effect:
     """Give friction that is a spring before it slides."""
     torque = near(rng, 0.3) * s.torque * f

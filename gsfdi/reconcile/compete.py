@@ -19,7 +19,6 @@ from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.finalists import (
     CHANCE,
     KNOB_COST,
-    PLAIN,
     calibrated,
     cost_of,
     distinct,
@@ -31,7 +30,7 @@ from gsfdi.reconcile.finalists import (
     settled_bar,
     settled_onset,
 )
-from gsfdi.reconcile.hand import Round, around, from_below, likelier, settle, started
+from gsfdi.reconcile.hand import Round, around, from_below, is_sensor, likelier, settle, started
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
@@ -44,10 +43,18 @@ from gsfdi.types import Array
 FINALISTS = 8
 NEAR = 0.3
 """Share of the best finalist's merit from which another is settled under its own noise, too."""
+WORTH = 60.0
+"""Merit from which a finalist below its bar is settled, to be held against the bar that it has then."""
+CLEAR = 2.0
+"""Times its bar that a settled finalist gains which goes before any that gains less."""
 SETTLED = 4
 """Finalists that are settled at most."""
 TRIVIAL = 0.02
 """Share of the missing torque below which no further term is looked for."""
+MAIN = 3
+"""Terms that must account for most of what is missing before a further one may join."""
+DETAIL = 0.2
+"""Share of the missing torque up to which what is left is a detail that one may refine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +68,7 @@ class Contest:
 
 
 def compete(
-    first: Round, model: JointModel, shelf_terms: Mapping[str, PhysicsTerm], level: float = 0.0, most: int = 3
+    first: Round, model: JointModel, shelf_terms: Mapping[str, PhysicsTerm], level: float = 0.0, most: int = 5
 ) -> tuple[Round, Round, list[Contest]]:
     """Let terms join the model until chance explains the best of what is left.
 
@@ -121,7 +128,8 @@ def rounds(
         if settled is None:
             return first, hand, contests
         hand = simplified(settled, given)
-        if len(contests) >= most or missing(hand, floor) < TRIVIAL * missing(first, floor):
+        left = missing(hand, floor) / max(missing(first, floor), 1e-300)
+        if len(contests) >= most or left < TRIVIAL or (len(contests) >= MAIN and left > DETAIL):
             return first, hand, contests
 
 
@@ -214,28 +222,48 @@ def contend(
     likes. So the best few are settled each under the noise that suits it, and the likeliest wins.
     """
     screening = screen(hand, all_offers(hand, shelf_terms, given))
-    finalists = [refit(hand, entry) for entry in distinct(screening.entries, FINALISTS)]
-    ranked = calibrated(hand, screening, sorted(finalists, key=merit, reverse=True))
+    ranked = credible(hand, screening, [refit(hand, entry) for entry in distinct(screening.entries, FINALISTS)])
     trials = len(screening.information)
     ranked = [fairly(hand, e, shelf_terms) if merit(e) > LEAST else e for e in ranked]
     ranked.sort(key=merit, reverse=True)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
-    best: tuple[float, Entry, Round] | None = None
-    for entry in [e for e in near if merit(e) > min(e.bar, PLAIN)][:SETTLED]:
+    best: tuple[tuple[bool, float], Entry, Round] | None = None
+    for entry in once([e for e in near if merit(e) > min(e.bar, WORTH)])[:SETTLED]:
         assert entry.fitted is not None
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
         settled = reshaped(settled, shelf_terms[entry.offer.term], floor)
-        gain = likelier(settled, hand) - cost_of(entry)
-        if merit(entry) < entry.bar and gain < settled_bar(settled, entry, trials):
+        gain, least = likelier(settled, hand) - cost_of(entry), settled_bar(settled, entry, trials)
+        if merit(entry) < entry.bar and gain < least:
             continue
-        if gain > (best[0] if best else 0.0):  # one that gains nothing only moves the mismatch about
-            best = (gain, entry, settled)
+        rank = (gain > CLEAR * least, gain)
+        if rank > (best[0] if best else (False, 0.0)):  # one that gains nothing only moves the mismatch about
+            best = (rank, entry, settled)
     entries = (*ranked, *screening.entries)
     if best is None:
         return undecided(hand, screening, entries, shelf_terms), None
     return Contest(entries, best[1], trials), from_below(best[2], floor)
+
+
+def credible(hand: Round, screening: Screening, finalists: Sequence[Entry]) -> list[Entry]:
+    """Finalists with their bars, best first, without a sensor's error that leads them all and yet may be chance.
+
+    Where what is left is no white noise, a scale of the position detunes the observer to suit it. The bars of all the
+    others would be those of what it leaves.
+    """
+    ranked = calibrated(hand, screening, sorted(finalists, key=merit, reverse=True))
+    if len(ranked) < 2 or not is_sensor(ranked[0].offer.term) or ranked[0].gain >= ranked[0].bar:
+        return ranked
+    return credible(hand, screening, [e for e in finalists if e.offer.term != ranked[0].offer.term])
+
+
+def once(ranked: Sequence[Entry]) -> list[Entry]:
+    """The best entry of each term and side, whether it sets in or not."""
+    best: dict[tuple[str, str | None], Entry] = {}
+    for entry in ranked:
+        best.setdefault((entry.offer.term, entry.offer.side), entry)
+    return list(best.values())
 
 
 def undecided(

@@ -22,7 +22,7 @@ KNOB_COST = 4.0
 CHANCE = 0.005
 """Probability that chance alone makes one of all offers a winner."""
 PLAIN = 100.0
-"""Merit from which a finalist below its bar is settled, to be held against the bar that it has then."""
+"""Merit beyond which a finalist is no faint one."""
 UNPROMISED = 2.0
 """How many times what the regression promised a faint finalist may gain."""
 SLIP = 10.0
@@ -34,10 +34,12 @@ FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
 
 
 def distinct(entries: Sequence[Entry], most: int) -> list[Entry]:
-    """The best entry of each term and side, from the start and from an onset on."""
+    """The best entry of each term and side, from the start and, where that explains more, from an onset on."""
     seen: dict[tuple[str, str | None, bool], Entry] = {}
     for entry in entries:
-        seen.setdefault((entry.offer.term, entry.offer.side, entry.onset is None), entry)
+        own = (entry.offer.term, entry.offer.side)
+        if (*own, True) not in seen:
+            seen.setdefault((*own, entry.onset is None), entry)
     return list(seen.values())[:most]
 
 

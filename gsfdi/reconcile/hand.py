@@ -17,6 +17,8 @@ from gsfdi.whiten import Whitener
 
 NEARLY = 3.0
 """Process noise over what is known to be there up to which nothing is missing."""
+ROUGHLY = 1.0
+"""Log-likelihood to which a fit is good enough while the noise is still being looked for."""
 SMALL = 0.1
 """Process noise, as a share of the drive's torque, above which it is no noise of the observer's own making."""
 
@@ -77,14 +79,21 @@ def with_term(model: JointModel, use: TermUse) -> JointModel:
     return replace(model, physics=(*model.physics, use))
 
 
-def take_up(stand: Bench, tools: list[Whitener], model: JointModel, knobs: Sequence[Knob], rounds: int = 6) -> Round:
-    """Fit the knobs of `model` and lay out a round around the result."""
+def fit_under(
+    stand: Bench,
+    tools: list[Whitener],
+    model: JointModel,
+    knobs: Sequence[Knob],
+    rounds: int,
+    known: Array | None = None,
+    tolerance: float = 0.05,
+) -> Fitted:
+    """Fit the knobs of `model` under the noise that `tools` stand for."""
 
     def misfit(models: Sequence[JointModel]) -> Array:
         return stand.white(stand.innovations(models), tools)
 
-    fitted = fit_knobs(misfit, model, knobs, rounds)
-    return lay_out(stand, tools, fitted)
+    return fit_knobs(misfit, model, knobs, rounds, known, tolerance)
 
 
 def lay_out(stand: Bench, tools: list[Whitener], fitted: Fitted) -> Round:
@@ -123,13 +132,19 @@ def _in_turns(
     stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array, turns: Sequence[bool]
 ) -> Round:
     """Fit under a noise near `near` and estimate it anew, in turns that are finer or not."""
+    known = None
     for finer in turns:
         stand = stand.rebased(near, model)
-        hand = take_up(stand, stand.whiteners(near), model, knobs, 5)
-        near = process_noise(stand, hand.innovations, floor, near if finer else None)
-        model = hand.fitted.model
+        fitted = fit_under(stand, stand.whiteners(near), model, knobs, 5, tolerance=ROUGHLY)
+        model, before = fitted.model, near
+        innovations = [e[0] for e in stand.innovations([model])]
+        near = process_noise(stand, innovations, floor, near if finer else None)
+        if finer and np.array_equal(before, near):
+            known = fitted.jacobian
+            break
     stand = stand.rebased(near, model)
-    hand = take_up(stand, stand.whiteners(near), model, knobs, 8)
+    tools = stand.whiteners(near)
+    hand = lay_out(stand, tools, fit_under(stand, tools, model, knobs, 8, known))
     return replace(hand, torque=near)
 
 

@@ -33,6 +33,8 @@ A contact is felt everywhere, so that beside a backlash any other term may stand
 """
 SHAPED = ("stribeck_friction", "presliding_friction", "gearbox_hysteresis", "backlash")
 """Terms of which the literature has several laws, so that the joint's may be another than the library's."""
+ONE_WAY = ("asymmetric_friction",)
+"""Terms that no law of those can need, for they act the same way whichever way the joint moves."""
 SPARED = 0.15
 """The same where it would take something off what the nominal model holds."""
 SLIGHT = 0.005
@@ -43,11 +45,16 @@ PER_NUMBER = 0.6
 """Prior odds of each number that a term has: where the data cannot decide, the simpler name comes first."""
 ALIKE = 3e-5
 """Share of a term's gain by which two may differ through how sensors and steps are written rather than in fact."""
+DRY = {"coulomb_friction", "presliding_friction"}
 TWINS = {"position_gain", "velocity_gain"}
 TWIN = 1e9
 """What parts the twins is how sensors are written: too long an angle and too slow a speed differ by a scale of all."""
+UNFELT = 0.1
+"""Travel of a usual sample, as a share, in which a bristle that is not felt has bent."""
 HOPELESS = 30.0
 """Log-likelihood behind which a rival is not worth a thorough fit."""
+WITHIN = 4.0
+"""Log-likelihood that a number within its interval costs at most; of two that stand for one another, one is needed."""
 CLOSE = 0.05
 """Probability, as a share of the best, from which a rival counts as not told apart."""
 
@@ -104,6 +111,8 @@ def rivals(
 ) -> list[tuple[float, Fitted]]:
     """Refit the model in hand with each finalist of a contest in the place of the term at `place`; merits beside it."""
     own = hand.fitted.model.physics[place]
+    if any(own.term in shelf_terms[use.term].beside for use in hand.fitted.model.physics[given:]):
+        return []  # another is there to shape this one
     others = (*hand.fitted.model.physics[:place], *hand.fitted.model.physics[place + 1 :])
     keep = [i for i, k in enumerate(hand.fitted.knobs) if k.place != place]
     rest = [replace(k, place=k.place - (k.place > place)) for k in (hand.fitted.knobs[i] for i in keep)]
@@ -112,12 +121,16 @@ def rivals(
     for entry in (*finalists, *unfitted_likes(own, contest)):
         if (entry.offer.term, entry.offer.side) == (own.term, own.side):
             continue
+        if is_sensor(entry.offer.term) and entry.gain < entry.bar:
+            continue  # chance would give it as much
         if any(
             use.term == entry.offer.term and not shelf_terms[use.term].several
             for i, use in enumerate(hand.fitted.model.physics)
             if i >= given and i != place
         ):
             continue
+        if any({use.term, entry.offer.term} == DRY for use in others):
+            continue  # one dry friction in two
         use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
         if use is None:
             continue
@@ -145,11 +158,12 @@ def alike(hand: Round, one: TermUse, other: TermUse) -> bool:
     both = {one.term: one, other.term: other}
     if set(both) == TWINS:
         return True
-    if set(both) != {"coulomb_friction", "presliding_friction"}:
+    if set(both) != DRY:
         return False
-    name = "stiffness_nm_rad"
-    bristle, value = shelf("gsfdi.terms", PhysicsTerm)["presliding_friction"], both["presliding_friction"].values[name]
-    return value > 0.98 * plausible(hand.stand, bristle, bristle.param(name), value)[1]
+    name, scales = "stiffness_nm_rad", hand.stand.scales
+    bristle, values = shelf("gsfdi.terms", PhysicsTerm)["presliding_friction"], both["presliding_friction"].values
+    stiffest = plausible(hand.stand, bristle, bristle.param(name), values[name])[1]
+    return values[name] > 0.98 * stiffest or values["torque_nm"] / values[name] < UNFELT * scales.speed * scales.period
 
 
 def unfitted_likes(own: TermUse, contest: Contest) -> list[Entry]:
@@ -201,9 +215,10 @@ def names(
         ]
         own = _prior(use, shelf_terms, hand)
         if odds and max(odds) > own + 0.1 and swaps < 3:
-            hand = around(hand, rows[int(np.argmax(odds))][1])
-            swaps += 1
-            place, found = given, []
+            better = rows[int(np.argmax(odds))][1]
+            hand, swaps = around(hand, better), swaps + 1
+            if not alike(hand, use, better.model.physics[-1]):  # the others were held beside another model
+                place, found = given, []
             continue
         weights = np.exp(np.array([own, *odds]) - max([own, *odds]))
         weights /= weights.sum()
@@ -220,17 +235,21 @@ def names(
         place += 1
     hand = freed(hand)
     found = _with_intervals(hand, given, found)
-    nothing = [given + i for i, name in enumerate(found) if is_nothing(name, shelf_terms[name.use.term])]
-    if not nothing:
-        return hand, found
-    return names(around(hand, without(hand, nothing[0])), given, contests, shelf_terms)
+    for i, name in enumerate(found):
+        if is_nothing(name, shelf_terms[name.use.term]):
+            bare = without(hand, given + i)
+            if bare.cost - hand.fitted.cost < WITHIN * inflation(hand):
+                return names(around(hand, bare), given, contests, shelf_terms)
+    return hand, found
 
 
 def is_nothing(name: Name, term: PhysicsTerm) -> bool:
-    """Whether the only number of a term may as well be what it is where the term is not there.
+    """Whether a term gains nothing, or its only number may as well be what it is where the term is not there.
 
     What simulated steps leave in a number is in its interval; in an error of what is seen they have no part.
     """
+    if name.share <= 0.0:
+        return True
     size = term.params[0]
     if len(term.params) > 1 or size.neutral is None or size.name not in name.ci or is_sensor(term.name):
         return False
@@ -270,6 +289,8 @@ def least_share(place: int, beside: Sequence[tuple[TermUse, float]], shelf_terms
         The library.
     """
     use, share = beside[place]
+    if use.term in ONE_WAY:
+        return 0.0
     part = shelf_terms[use.term].component
     shaped = [other.term for other, s in beside if s > share and other.term in SHAPED]
     if not any(shelf_terms[other].component == part or other == "backlash" for other in shaped):

@@ -52,10 +52,11 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) 
     """Every offer of every term that could act in this joint, show beside its recorded effort, and is not there yet."""
     stand = hand.stand
     orders = worthy_orders(hand)
+    names = {use.term for use in hand.fitted.model.physics}
     found = [
         offer
         for term in shelf_terms.values()
-        if stand.model.structure in term.structures and stand.model.axis in term.axes
+        if stand.model.structure in term.structures and stand.model.axis in term.axes and names.issuperset(term.beside)
         for offer in offers(term, stand.scales, orders, share_to_try(hand))
     ]
     if stand.model.structure == "rigid":

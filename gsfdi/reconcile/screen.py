@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy.signal import fftconvolve
 
 from gsfdi.fit import Fitted, Knob
+from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.hand import Round, orthonormal, project, with_term
@@ -25,6 +26,8 @@ LEAST = 20.0
 """Log-likelihood that a winner must gain in any case: two simulators differ by some on data without any noise."""
 SHORT = 0.5
 """Share of the gain that theory promised short of which a refit is gone on with."""
+PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
+"""Parts of what regression promised at which a refit that went astray begins anew."""
 ONSETS = 40
 EARLIEST = 0.03
 """Share of the recording before which nothing sets in that was not there all along, nor after it from the end."""
@@ -227,7 +230,23 @@ def refit(hand: Round, entry: Entry, rounds: int = 3) -> Entry:
         fitted = refined_onset(hand, fitted, place, hand.stand.scales.seconds / ONSETS)
     if entry.linear > LEAST and hand.fitted.cost - fitted.cost < SHORT * entry.linear:
         fitted = fit_knobs(hand.misfit, fitted.model, knobs, 3 * rounds)
+    if entry.linear > LEAST and hand.fitted.cost < fitted.cost:
+        fitted = fit_knobs(hand.misfit, smaller(hand, model), knobs, 3 * rounds)
     return replace(entry, onset=fitted.model.physics[place].onset, fitted=fitted, gain=hand.fitted.cost - fitted.cost)
+
+
+def smaller(hand: Round, model: JointModel) -> JointModel:
+    """Shrink the last term of `model` to where it fits best: from far beyond, slopes lead nowhere."""
+    use = model.physics[-1]
+    size = shelf("gsfdi.terms", PhysicsTerm)[use.term].params[0]
+    rest = size.neutral or 0.0
+    sizes = [rest + part * (use.values[size.name] - rest) for part in PARTS]
+    trials = [
+        replace(model, physics=(*model.physics[:-1], replace(use, values={**use.values, size.name: value})))
+        for value in sizes
+    ]
+    costs = np.sum(hand.misfit(trials) ** 2, axis=1)
+    return trials[int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))]
 
 
 def tuned(hand: Round, entry: Entry, values: Mapping[str, float]) -> Mapping[str, float]:

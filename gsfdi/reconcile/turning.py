@@ -33,11 +33,16 @@ def believed(value: float, doubt: float) -> tuple[float, float]:
 
 
 def fit_knobs(
-    misfit: Misfit, model: JointModel, knobs: Sequence[Knob], rounds: int, known: Array | None = None
+    misfit: Misfit,
+    model: JointModel,
+    knobs: Sequence[Knob],
+    rounds: int,
+    known: Array | None = None,
+    tolerance: float = 0.05,
 ) -> Fitted:
     """Fit `knobs`, those of changed parameters held at their nominal values, and settle the gauge."""
     knobs = [_held(knob, model) for knob in knobs]
-    return balanced(misfit, levenberg(misfit, model, knobs, rounds, known=known))
+    return balanced(misfit, levenberg(misfit, model, knobs, rounds, tolerance, known))
 
 
 def _held(knob: Knob, model: JointModel) -> Knob:

@@ -35,7 +35,8 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
         longest = model[at.LONGEST_STEP]
         if model[at.WAVE] > 0:
             longest = min(longest, PHASE_STEP / max(1e-12, abs(model[at.WAVE] * model[at.GEAR] * v[at.X, 1])))
-        count = min(max(4.0 if delayed else 1.0, math.ceil(span / longest - 1e-9)), float(MOST_SUBSTEPS))
+        least = 1.0 if not delayed else 2.0 if model[at.RIGID] > 0 else 4.0  # a rigid joint has no mode to excite
+        count = min(max(least, math.ceil(span / longest - 1e-9)), float(MOST_SUBSTEPS))
         h = span / count
         if abs(h - v[at.FITTED, 0]) > 1e-8 * h:
             transitions(model, era, powers, 0.5 * h, flow, 0)
