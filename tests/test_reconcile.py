@@ -350,7 +350,9 @@ def test_a_slight_term_mends_the_law_of_a_weightier_one() -> None:
     less = TermUse("viscous_friction", {"coefficient_nms_rad": -2.0})
     cogging = TermUse("cogging", {"amplitude_nm": 1.0, "order": 6.0, "phase_rad": 0.0})
     least = [least_share(1, [(stribeck, 0.99), (use, 0.01)], shelf_terms) for use in (cogging, viscous, less)]
-    assert 0.0 == least[0] < 0.01 < least[1] < least[2]
+    assert 0.0 < least[0] < 0.01 < least[1] < least[2]
+    backlash = TermUse("backlash", {"half_width_rad": 1e-4})
+    assert least[0] < least_share(1, [(backlash, 0.99), (stribeck, 0.01)], shelf_terms) < least[1]
     assert least_share(0, [(stribeck, 0.99), (viscous, 0.01)], shelf_terms) == 0.0
     one_way = TermUse("asymmetric_friction", {"difference_nm": 1.0, "difference_nms_rad": 0.0})
     assert least_share(1, [(stribeck, 0.99), (one_way, 0.01)], shelf_terms) == 0.0

@@ -132,16 +132,13 @@ def _in_turns(
     stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array, turns: Sequence[bool]
 ) -> Round:
     """Fit under a noise near `near` and estimate it anew, in turns that are finer or not."""
-    known = None
     for finer in turns:
         stand = stand.rebased(near, model)
         fitted = fit_under(stand, stand.whiteners(near), model, knobs, 5, tolerance=ROUGHLY)
         model, before = fitted.model, near
         innovations = [e[0] for e in stand.innovations([model])]
         near = process_noise(stand, innovations, floor, near if finer else None)
-        if finer and np.array_equal(before, near):
-            known = fitted.jacobian
-            break
+        known = fitted.jacobian if np.array_equal(before, near) else None
     stand = stand.rebased(near, model)
     tools = stand.whiteners(near)
     hand = lay_out(stand, tools, fit_under(stand, tools, model, knobs, 8, known))

@@ -26,11 +26,13 @@ SUDDENLY = {"output_inertia_change": 0.5, "motor_inertia_change": 0.05}
 """Prior odds of setting in within a recording: a load is taken up between motions, as a rule; a rotor stays."""
 TRIVIAL = 0.005
 """Share of the gain in log-likelihood below which a slight term is not worth a name."""
-MENDS = 0.02
+MENDS = 0.04
 """The same beside a weightier term of the same part that is `SHAPED`.
 
 A contact is felt everywhere, so that beside a backlash any other term may stand for how its flanks are made.
 """
+SHAPED_TOO = 0.02
+"""The same for one that is `SHAPED` itself."""
 SHAPED = ("stribeck_friction", "presliding_friction", "gearbox_hysteresis", "backlash")
 """Terms of which the literature has several laws, so that the joint's may be another than the library's."""
 ONE_WAY = ("asymmetric_friction",)
@@ -289,12 +291,14 @@ def least_share(place: int, beside: Sequence[tuple[TermUse, float]], shelf_terms
         The library.
     """
     use, share = beside[place]
-    if use.term in ONE_WAY:
+    shaped = [other.term for other, s in beside if s > share and other.term in SHAPED]
+    if not shaped or use.term in ONE_WAY:
         return 0.0
     part = shelf_terms[use.term].component
-    shaped = [other.term for other, s in beside if s > share and other.term in SHAPED]
     if not any(shelf_terms[other].component == part or other == "backlash" for other in shaped):
-        return 0.0
+        return TRIVIAL
+    if use.term in SHAPED:
+        return SHAPED_TOO
     size = shelf_terms[use.term].params[0]
     taken_off = size.low >= 0.0 > use.values[size.name]
     return SPARED if taken_off else MENDS
