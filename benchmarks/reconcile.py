@@ -54,11 +54,11 @@ def friction(use: TermUse, position: Array, speed: Array) -> Array:
     """Force with which a term of friction resists along a motion."""
     term = terms()[use.term]
     m, s, p = np.zeros(QUANTITIES), np.full(STATES, np.nan), [use.values[param.name] for param in term.params]
-    found = np.zeros(len(speed))
-    for k, m[ANGLE] in enumerate(position):
-        m[SPEED], m[DIRECTION] = speed[k], np.sign(speed[k])
-        found[k] = term.law(m, p, s) * (m[DIRECTION] if term.place == "dry" else 1.0)
-    return found
+    found = []
+    for angle, rate in zip(position, speed, strict=True):
+        m[ANGLE], m[SPEED], m[DIRECTION] = angle, rate, np.sign(rate)
+        found.append(term.law(m, p, s) * (m[DIRECTION] if term.place == "dry" else 1.0))
+    return np.array(found)
 
 
 def main() -> None:

@@ -48,6 +48,7 @@ PER_NUMBER = 0.6
 ALIKE = 3e-5
 """Share of a term's gain by which two may differ through how sensors and steps are written rather than in fact."""
 DRY = {"coulomb_friction", "presliding_friction"}
+"""A bristle that slides is a dry friction."""
 TWINS = {"position_gain", "velocity_gain"}
 TWIN = 1e9
 """What parts the twins is how sensors are written: too long an angle and too slow a speed differ by a scale of all."""
@@ -121,18 +122,8 @@ def rivals(
     found = []
     finalists = [entry for entry in contest.entries if entry.fitted is not None]
     for entry in (*finalists, *unfitted_likes(own, contest)):
-        if (entry.offer.term, entry.offer.side) == (own.term, own.side):
+        if not may_replace(entry, own, others, given, shelf_terms):
             continue
-        if is_sensor(entry.offer.term) and entry.gain < entry.bar:
-            continue  # chance would give it as much
-        if any(
-            use.term == entry.offer.term and not shelf_terms[use.term].several
-            for i, use in enumerate(hand.fitted.model.physics)
-            if i >= given and i != place
-        ):
-            continue
-        if any({use.term, entry.offer.term} == DRY for use in others):
-            continue  # one dry friction in two
         use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
         if use is None:
             continue
@@ -148,6 +139,20 @@ def rivals(
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 8)
         found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
     return found
+
+
+def may_replace(
+    entry: Entry, own: TermUse, others: Sequence[TermUse], given: int, shelf_terms: Mapping[str, PhysicsTerm]
+) -> bool:
+    """Whether an entry may stand in the place of a term beside the others, of which the first are the model's own."""
+    term = entry.offer.term
+    if (term, entry.offer.side) == (own.term, own.side):
+        return False
+    if is_sensor(term) and entry.gain < entry.bar:  # chance would give it as much
+        return False
+    if not shelf_terms[term].several and any(use.term == term for use in others[given:]):
+        return False
+    return not any({use.term, term} == DRY for use in others)  # one dry friction in two
 
 
 def price(use: TermUse) -> float:

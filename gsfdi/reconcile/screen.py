@@ -231,7 +231,8 @@ def refit(hand: Round, entry: Entry, rounds: int = 3) -> Entry:
     if entry.linear > LEAST and hand.fitted.cost - fitted.cost < SHORT * entry.linear:
         fitted = fit_knobs(hand.misfit, fitted.model, knobs, 3 * rounds)
     if entry.linear > LEAST and hand.fitted.cost < fitted.cost:
-        fitted = fit_knobs(hand.misfit, smaller(hand, model), knobs, 3 * rounds)
+        again = fit_knobs(hand.misfit, smaller(hand, model), knobs, 3 * rounds)
+        fitted = min(fitted, again, key=lambda one: one.cost)
     return replace(entry, onset=fitted.model.physics[place].onset, fitted=fitted, gain=hand.fitted.cost - fitted.cost)
 
 
@@ -239,8 +240,9 @@ def smaller(hand: Round, model: JointModel) -> JointModel:
     """Shrink the last term of `model` to where it fits best: from far beyond, slopes lead nowhere."""
     use = model.physics[-1]
     size = shelf("gsfdi.terms", PhysicsTerm)[use.term].params[0]
-    rest = size.neutral or 0.0
-    sizes = [rest + part * (use.values[size.name] - rest) for part in PARTS]
+    if size.neutral is None:
+        return model
+    sizes = [size.neutral + part * (use.values[size.name] - size.neutral) for part in PARTS]
     trials = [
         replace(model, physics=(*model.physics[:-1], replace(use, values={**use.values, size.name: value})))
         for value in sizes
