@@ -34,12 +34,10 @@ FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
 
 
 def distinct(entries: Sequence[Entry], most: int) -> list[Entry]:
-    """The best entry of each term and side, from the start and, where that explains more, from an onset on."""
+    """The best entry of each term and side, from the start and from an onset on."""
     seen: dict[tuple[str, str | None, bool], Entry] = {}
     for entry in entries:
-        own = (entry.offer.term, entry.offer.side)
-        if (*own, True) not in seen:
-            seen.setdefault((*own, entry.onset is None), entry)
+        seen.setdefault((entry.offer.term, entry.offer.side, entry.onset is None), entry)
     return list(seen.values())[:most]
 
 
