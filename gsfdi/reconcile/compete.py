@@ -19,8 +19,8 @@ from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.finalists import (
     CHANCE,
     KNOB_COST,
-    calibrated,
     cost_of,
+    credible,
     distinct,
     fairly,
     matters,
@@ -30,7 +30,7 @@ from gsfdi.reconcile.finalists import (
     settled_bar,
     settled_onset,
 )
-from gsfdi.reconcile.hand import Round, around, from_below, is_sensor, likelier, settle, started
+from gsfdi.reconcile.hand import Round, around, from_below, likelier, settle, started
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
@@ -228,7 +228,7 @@ def contend(
     ranked.sort(key=merit, reverse=True)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
     best: tuple[tuple[bool, float], Entry, Round] | None = None
-    for entry in once([e for e in near if merit(e) > min(e.bar, WORTH)])[:SETTLED]:
+    for entry in distinct([e for e in near if merit(e) > min(e.bar, WORTH)], SETTLED, onsets=False):
         assert entry.fitted is not None
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         if entry.onset is not None:
@@ -244,26 +244,6 @@ def contend(
     if best is None:
         return undecided(hand, screening, entries, shelf_terms), None
     return Contest(entries, best[1], trials), from_below(best[2], floor)
-
-
-def credible(hand: Round, screening: Screening, finalists: Sequence[Entry]) -> list[Entry]:
-    """Finalists with their bars, best first, without a sensor's error that leads them all and yet may be chance.
-
-    Where what is left is no white noise, a scale of the position detunes the observer to suit it. The bars of all the
-    others would be those of what it leaves.
-    """
-    ranked = calibrated(hand, screening, sorted(finalists, key=merit, reverse=True))
-    if len(ranked) < 2 or not is_sensor(ranked[0].offer.term) or ranked[0].gain >= ranked[0].bar:
-        return ranked
-    return credible(hand, screening, [e for e in finalists if e.offer.term != ranked[0].offer.term])
-
-
-def once(ranked: Sequence[Entry]) -> list[Entry]:
-    """The best entry of each term and side, whether it sets in or not."""
-    best: dict[tuple[str, str | None], Entry] = {}
-    for entry in ranked:
-        best.setdefault((entry.offer.term, entry.offer.side), entry)
-    return list(best.values())
 
 
 def undecided(

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted, Knob, turned
+from gsfdi.fit import Fitted, turned
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
@@ -13,7 +13,7 @@ from gsfdi.reconcile.hand import NEARLY, Round, is_sensor, settle, with_term
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.offering import MATERIAL
 from gsfdi.reconcile.remainder import torque_between
-from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset
+from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, likeliest, onset_cost, refined_onset
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.types import Array
 
@@ -33,12 +33,29 @@ FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
 """Times its value at which a number that shapes a term is tried once the term is settled."""
 
 
-def distinct(entries: Sequence[Entry], most: int) -> list[Entry]:
-    """The best entry of each term and side, from the start and from an onset on."""
+def distinct(entries: Sequence[Entry], most: int, onsets: bool = True) -> list[Entry]:
+    """The best entry of each term and side; with `onsets` of those that set in apart from those that do not."""
     seen: dict[tuple[str, str | None, bool], Entry] = {}
     for entry in entries:
-        seen.setdefault((entry.offer.term, entry.offer.side, entry.onset is None), entry)
+        seen.setdefault((entry.offer.term, entry.offer.side, onsets and entry.onset is None), entry)
     return list(seen.values())[:most]
+
+
+def credible(hand: Round, screening: Screening, finalists: Sequence[Entry]) -> list[Entry]:
+    """Finalists with their bars, best first, without a sensor's error that leads them all and yet may be chance.
+
+    Where what is left is no white noise, a scale of the position detunes the observer to suit it. The bars of all the
+    others would be those of what it leaves.
+    """
+    ranked = calibrated(hand, screening, sorted(finalists, key=merit, reverse=True))
+    if len(ranked) < 2 or not is_chance(ranked[0]):
+        return ranked
+    return credible(hand, screening, [e for e in finalists if e.offer.term != ranked[0].offer.term])
+
+
+def is_chance(entry: Entry) -> bool:
+    """Whether a finalist is an error of a sensor that gains no more than chance may."""
+    return is_sensor(entry.offer.term) and entry.gain < entry.bar
 
 
 def calibrated(hand: Round, screening: Screening, ranked: Sequence[Entry]) -> list[Entry]:
@@ -128,17 +145,15 @@ def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
     """Try the last term's shape at other scales under the noise that now suits it, which slopes do not reach."""
     if np.all(hand.torque < NEARLY * floor):
         return hand  # nothing is missing
-    model, place = hand.fitted.model, len(hand.fitted.model.physics) - 1
-    use, best = model.physics[place], (hand.fitted.cost - KNOB_COST, model)
+    model = hand.fitted.model
+    use, best = model.physics[-1], (hand.fitted.cost - KNOB_COST, model)
     for param in term.params:
         if param.trials is None or param.kind not in SHAPES or param.low < 0 or param in (term.order, term.params[0]):
             continue
         value = use.values[param.name]
         low, high = plausible(hand.stand, term, param, value)
         trials = [float(np.clip(value * factor, max(low, param.low), min(high, param.high))) for factor in FACTORS]
-        models = [turned(model, [Knob(place, param.name, 1.0)], np.array([trial])) for trial in trials]
-        costs = 0.5 * np.sum(hand.misfit(models) ** 2, axis=1)
-        best = min(best, (float(np.nanmin(costs)), models[int(np.nanargmin(costs))]), key=lambda pair: pair[0])
+        best = min(best, likeliest(hand, model, param.name, trials), key=lambda pair: pair[0])
     return hand if best[1] is model else settle(hand.stand, best[1], hand.fitted.knobs, floor)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted, Knob, Started, slopes
+from gsfdi.fit import Fitted, Knob, Misfit, Started, slopes
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
@@ -43,7 +43,7 @@ class Round:
 
     def misfit(self, models: Sequence[JointModel]) -> Array:
         """White innovations of models."""
-        return self.stand.white(self.stand.innovations(models), self.tools)
+        return misfit_under(self.stand, self.tools)(models)
 
 
 def orthonormal(hand: Round) -> Array:
@@ -79,21 +79,13 @@ def with_term(model: JointModel, use: TermUse) -> JointModel:
     return replace(model, physics=(*model.physics, use))
 
 
-def fit_under(
-    stand: Bench,
-    tools: list[Whitener],
-    model: JointModel,
-    knobs: Sequence[Knob],
-    rounds: int,
-    known: Array | None = None,
-    tolerance: float = 0.05,
-) -> Fitted:
-    """Fit the knobs of `model` under the noise that `tools` stand for."""
+def misfit_under(stand: Bench, tools: list[Whitener]) -> Misfit:
+    """White innovations of models under the noise that `tools` stand for."""
 
     def misfit(models: Sequence[JointModel]) -> Array:
         return stand.white(stand.innovations(models), tools)
 
-    return fit_knobs(misfit, model, knobs, rounds, known, tolerance)
+    return misfit
 
 
 def lay_out(stand: Bench, tools: list[Whitener], fitted: Fitted) -> Round:
@@ -134,14 +126,14 @@ def _in_turns(
     """Fit under a noise near `near` and estimate it anew, in turns that are finer or not."""
     for finer in turns:
         stand = stand.rebased(near, model)
-        fitted = fit_under(stand, stand.whiteners(near), model, knobs, 5, tolerance=ROUGHLY)
+        fitted = fit_knobs(misfit_under(stand, stand.whiteners(near)), model, knobs, 5, tolerance=ROUGHLY)
         model, before = fitted.model, near
         innovations = [e[0] for e in stand.innovations([model])]
         near = process_noise(stand, innovations, floor, near if finer else None)
         known = fitted.jacobian if np.array_equal(before, near) else None
     stand = stand.rebased(near, model)
     tools = stand.whiteners(near)
-    hand = lay_out(stand, tools, fit_under(stand, tools, model, knobs, 8, known))
+    hand = lay_out(stand, tools, fit_knobs(misfit_under(stand, tools), model, knobs, 8, known))
     return replace(hand, torque=near)
 
 

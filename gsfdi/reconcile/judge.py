@@ -11,7 +11,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import Contest, missing, without
 from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed
-from gsfdi.reconcile.finalists import KNOB_COST, size_of
+from gsfdi.reconcile.finalists import KNOB_COST, is_chance, size_of
 from gsfdi.reconcile.hand import Round, around, is_sensor, with_term
 from gsfdi.reconcile.knobs import plausible, term_knobs
 from gsfdi.reconcile.say import CONFUSED
@@ -148,7 +148,7 @@ def may_replace(
     term = entry.offer.term
     if (term, entry.offer.side) == (own.term, own.side):
         return False
-    if is_sensor(term) and entry.gain < entry.bar:  # chance would give it as much
+    if is_chance(entry):
         return False
     if not shelf_terms[term].several and any(use.term == term for use in others[given:]):
         return False

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import fftconvolve
 
-from gsfdi.fit import Fitted, Knob
+from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
@@ -243,12 +243,16 @@ def smaller(hand: Round, model: JointModel) -> JointModel:
     if size.neutral is None:
         return model
     sizes = [size.neutral + part * (use.values[size.name] - size.neutral) for part in PARTS]
-    trials = [
-        replace(model, physics=(*model.physics[:-1], replace(use, values={**use.values, size.name: value})))
-        for value in sizes
-    ]
-    costs = np.sum(hand.misfit(trials) ** 2, axis=1)
-    return trials[int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))]
+    return likeliest(hand, model, size.name, sizes)[1]
+
+
+def likeliest(hand: Round, model: JointModel, name: str, values: Sequence[float]) -> tuple[float, JointModel]:
+    """Cost and model of the best of some values of one number of the last term, all else as it is."""
+    knob = Knob(len(model.physics) - 1, name, 1.0)
+    models = [turned(model, [knob], np.array([value])) for value in values]
+    costs = 0.5 * np.sum(hand.misfit(models) ** 2, axis=1)
+    best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
+    return float(costs[best]), models[best]
 
 
 def tuned(hand: Round, entry: Entry, values: Mapping[str, float]) -> Mapping[str, float]:
