@@ -82,6 +82,8 @@ class Bench:
     """Errors ``(n, 2)`` of sensors so coarse that their error is no white noise, as they would be on this motion."""
     window: tuple[float, float] = HOLD_OUT
     """Part of the time that is kept for judging, as shares."""
+    counts: tuple[Array, ...] = ()
+    """What `awake` gives, by stretch."""
     lever: float = 0.0
     """Speed per unit of effort, where the speed was told by the effort (see `told`)."""
 
@@ -95,9 +97,9 @@ class Bench:
 
     def _owned(self, innovations: Array, stretch: int) -> Array:
         """Make a model that ran away pay for it: what was measured but could not be predicted is missed by far."""
-        rows = list(self.system.rows)
-        lost = ~np.isfinite(innovations[..., rows]) & self.present[stretch][:, None]
-        innovations[..., rows] = np.where(lost, AWAY * np.sqrt(self.system.R), innovations[..., rows])
+        for row, variance in zip(self.system.rows, self.system.R, strict=True):
+            channel = innovations[..., row]
+            channel[~np.isfinite(channel) & self.present[stretch]] = AWAY * np.sqrt(variance)
         return innovations
 
     def traces(self, model: JointModel) -> list[Trace]:
@@ -142,6 +144,14 @@ class Bench:
 
     def awake(self, record: int) -> Array:
         """1 for every row of a record that counts, 0 during warm-up and where it is kept for judging."""
+        return self.counts[record]
+
+    def judged_in(self, window: tuple[float, float]) -> "Bench":
+        """Give the bench that keeps another part of the time for judging, as shares."""
+        moved = replace(self, window=window)
+        return replace(moved, counts=tuple(moved._counting(i) for i in range(len(moved.records))))
+
+    def _counting(self, record: int) -> Array:
         steps = self.steps[record]
         wait = round(WARM_UP / self.scales.period)
         starts = np.flatnonzero(steps == 0)
@@ -231,7 +241,7 @@ def bench(records: Sequence[JointRecord], model: JointModel, lever: float = 0.0)
         scales=scales,
         lever=lever,
     )
-    return replace(stand, grains=grain_errors(stand))
+    return replace(stand, grains=grain_errors(stand)).judged_in(HOLD_OUT)
 
 
 def moves(record: JointRecord, channel: str) -> bool:

@@ -50,12 +50,12 @@ class Case:
     @property
     def stand(self) -> Bench:
         """The recordings, put right, with the part that took no part in choosing and fitting."""
-        return replace(self.settled.stand, window=self.hand.stand.window)
+        return self.settled.stand.judged_in(self.hand.stand.window)
 
     @property
     def logged(self) -> Bench:
         """The recordings as they came, with the same part."""
-        return replace(self.settled.logged, window=self.hand.stand.window)
+        return self.settled.logged.judged_in(self.hand.stand.window)
 
     @property
     def floor(self) -> Array:

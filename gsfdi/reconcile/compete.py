@@ -34,7 +34,7 @@ from gsfdi.reconcile.hand import Round, around, from_below, likelier, settle, st
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
-from gsfdi.reconcile.screen import EARLIEST, LEAST, Entry, Screening, refined_onset, refit, screen
+from gsfdi.reconcile.screen import EARLIEST, LEAST, Entry, Screening, refined_onset, refits, screen
 from gsfdi.reconcile.smallest import Smallest, smallest
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.window import dating_window, typical_window
@@ -96,11 +96,11 @@ def compete(
     shelf_terms = possible(first.stand, shelf_terms, level)
     window = typical_window(first.stand, first.innovations)
     if window != first.stand.window:
-        first = opening(replace(first.stand, window=window), model, level)
+        first = opening(first.stand.judged_in(window), model, level)
     first, hand, contests = rounds(first, shelf_terms, len(model.physics), most)
     window = dating_window(first.stand, hand.fitted.model.physics[len(model.physics) :])
     if window != first.stand.window:
-        first = opening(replace(first.stand, window=window), model, level)
+        first = opening(first.stand.judged_in(window), model, level)
         return rounds(first, shelf_terms, len(model.physics), most)
     return first, hand, contests
 
@@ -222,7 +222,7 @@ def contend(
     likes. So the best few are settled each under the noise that suits it, and the likeliest wins.
     """
     screening = screen(hand, all_offers(hand, shelf_terms, given))
-    ranked = credible(hand, screening, [refit(hand, entry) for entry in distinct(screening.entries, FINALISTS)])
+    ranked = credible(hand, screening, refits(hand, distinct(screening.entries, FINALISTS)))
     trials = len(screening.information)
     ranked = [fairly(hand, e, shelf_terms) if merit(e) > LEAST else e for e in ranked]
     ranked.sort(key=merit, reverse=True)

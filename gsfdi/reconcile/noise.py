@@ -1,6 +1,6 @@
 """Process noise: the torque that innovations ask for beside the model, and what is known to be there."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -27,16 +27,30 @@ def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array, near
         Where to look, each side by itself; without it, both sides alike and over all sizes.
     """
 
-    def best(trials: Sequence[Array]) -> Array:
-        return min((surprise(stand, innovations, trial), tuple(trial)) for trial in trials)[1]  # type: ignore[return-value]
+    def at(trial: Array) -> float:
+        return surprise(stand, innovations, np.maximum(floor, trial))
 
     if near is None:
-        size = np.array(best([np.maximum(floor, stand.scales.torque * f) for f in 10.0 ** np.arange(-4, 0.6, 0.5)]))
-        return np.array(best([np.maximum(floor, size * f) for f in 10.0 ** np.arange(-0.25, 0.3, 0.25)]))
+        size = min((stand.scales.torque * f * np.ones(len(floor)) for f in 10.0 ** np.arange(-4, 0.6, 0.5)), key=at)
+        size = min((size * f for f in 10.0 ** np.arange(-0.25, 0.3, 0.25)), key=at)
+        return np.asarray(np.maximum(floor, size))
     size = np.maximum(near, floor)
     for side in range(len(floor)):
-        moved = np.eye(len(floor))[side]
-        size = np.array(best([np.maximum(floor, size * f**moved) for f in 10.0 ** np.arange(-1, 1.1, 0.25)]))
+        size = downhill(at, size, 10.0 ** (0.25 * np.eye(len(floor))[side]))
+    return np.asarray(np.maximum(floor, size))
+
+
+def downhill(cost: Callable[[Array], float], size: Array, factor: Array, most: int = 4) -> Array:
+    """Multiply or divide `size` by `factor`, `most` times at most, for as long as that lowers its cost."""
+    here = cost(size)
+    for step in (factor, 1.0 / factor):
+        for moved in range(most):
+            there = cost(size * step)
+            if not there < here:
+                break
+            size, here = size * step, there
+        if moved:  # what lay the other way is behind
+            break
     return size
 
 

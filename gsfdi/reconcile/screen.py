@@ -26,6 +26,8 @@ LEAST = 20.0
 """Log-likelihood that a winner must gain in any case: two simulators differ by some on data without any noise."""
 SHORT = 0.5
 """Share of the gain that theory promised short of which a refit is gone on with."""
+FAR = 0.1
+"""Share of the best gain up to which a finalist is not worth a better onset."""
 PARTS = (1.0, 0.3, 0.1, 0.03, 0.01)
 """Parts of what regression promised at which a refit that went astray begins anew."""
 ONSETS = 40
@@ -216,8 +218,22 @@ def stand_times(stand: Bench) -> Array:
     return np.concatenate([np.repeat(r.t, len(stand.system.rows)) for r in stand.records])
 
 
-def refit(hand: Round, entry: Entry, rounds: int = 3) -> Entry:
-    """Fit an entry's term by replay together with everything in hand."""
+def refits(hand: Round, entries: Sequence[Entry]) -> list[Entry]:
+    """Refit entries one after another, less carefully those far behind the best before them.
+
+    None that sets in is refitted where the same term from the start gains what it promises.
+    """
+    found: list[Entry] = []
+    for entry in entries:
+        own = (entry.offer.term, entry.offer.side)
+        if any((e.offer.term, e.offer.side) == own and e.gain >= entry.linear for e in found):
+            continue
+        found.append(refit(hand, entry, FAR * max((e.gain for e in found), default=0.0)))
+    return found
+
+
+def refit(hand: Round, entry: Entry, least: float = 0.0, rounds: int = 3) -> Entry:
+    """Fit an entry's term by replay together with everything in hand, its onset where that gains more than `least`."""
     values = entry.offer.mix(entry.coefficients)
     if values is None:
         return entry
@@ -226,7 +242,7 @@ def refit(hand: Round, entry: Entry, rounds: int = 3) -> Entry:
     place = len(model.physics) - 1
     knobs = [*hand.fitted.knobs, *term_knobs(hand.stand, model, place)]
     fitted = fit_knobs(hand.misfit, model, knobs, rounds, hand.fitted.jacobian)
-    if entry.onset is not None:
+    if entry.onset is not None and max(entry.linear, hand.fitted.cost - fitted.cost) > least:
         fitted = refined_onset(hand, fitted, place, hand.stand.scales.seconds / ONSETS)
     if entry.linear > LEAST and hand.fitted.cost - fitted.cost < SHORT * entry.linear:
         fitted = fit_knobs(hand.misfit, fitted.model, knobs, 3 * rounds)

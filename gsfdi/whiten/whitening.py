@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numba
 import numpy as np
 from scipy.linalg import solve_toeplitz
-from scipy.signal import lfilter
 
 from gsfdi.types import Array, Mask
 from gsfdi.whiten.system import Ints, Observed
@@ -37,8 +36,7 @@ class Whitener(NamedTuple):
         base = np.ascontiguousarray(self.base[: len(self.system.Ad), list(self.system.rows)])
         _refilter(self.system.Ad, self.system.C, base, self.gains, self.weights, self.steps, e, out)
         if self.colour.shape[1]:
-            for i, (past, size) in enumerate(zip(self.colour, self.size, strict=True)):
-                out[..., i] = lfilter(np.concatenate([[1.0], -past]) / size, [1.0], out[..., i], axis=-1)
+            _bleach(self.colour, self.size, out)
         return out.reshape(len(e), -1)
 
     def coloured(self, innovations: Array, order: int = 12) -> "Whitener":
@@ -226,3 +224,17 @@ def _refilter(Ad, C, K0, K, W, steps, e, out):  # type: ignore[no-untyped-def]
                 for a in range(nx):
                     for i in range(p):
                         delta[a] += K[k, a, i] * inner[i] - K0[a, i] * e[j, k, i]
+
+
+@numba.njit(cache=True)
+def _bleach(colour, size, out):  # type: ignore[no-untyped-def]
+    """Take off each channel of `out` (m, n, p) what its own past (p, k) foretells, and scale what is left to 1."""
+    m, n, p = out.shape
+    order = colour.shape[1]
+    for j in range(m):
+        for i in range(p):
+            for k in range(n - 1, -1, -1):
+                total = out[j, k, i]
+                for lag in range(min(order, k)):
+                    total -= colour[i, lag] * out[j, k - 1 - lag, i]
+                out[j, k, i] = total / size[i]
