@@ -61,6 +61,7 @@ Place = Literal[
     "velocity_sensor",  # map: motor speed (joint speed of a rigid joint) -> measured
     "current_sensor",  # map: drive effort -> measured
     "latency",  # law: age of position and velocity when they are stamped [s]
+    "late_velocity_sensor",  # law: age of the velocity alone, beyond that [s]
 ]
 
 

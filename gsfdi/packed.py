@@ -32,6 +32,7 @@ _SLOT = {
     "velocity_sensor": layout.VELOCITY_SENSOR,
     "current_sensor": layout.CURRENT_SENSOR,
     "latency": layout.LATENCY,
+    "late_velocity_sensor": layout.SPEED_LATENCY,
 }
 _FACTORS = ("motor_inertia", "output_inertia", "stiffness")
 

@@ -22,6 +22,7 @@ from gsfdi.reconcile.law import check_law
 from gsfdi.reconcile.offer import SHARE, Offer
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
+from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
@@ -329,6 +330,21 @@ def test_physics_is_no_wrong_law_where_no_speed_is_logged(use: TermUse) -> None:
     found = check_law([unseen(replace(QUIET, physics=(use,)))], QUIET)
     assert found is not None
     assert found.findings == ()
+
+
+@pytest.mark.parametrize("nominal", [NOMINAL, replace(NOMINAL, controller=None)], ids=["law", "no law"])
+def test_a_speed_that_lags_blames_no_law(nominal: JointModel) -> None:
+    (entry,) = told(TermUse("velocity_lag", {"lag_s": 0.004}), nominal=nominal).omitted_physics
+    assert entry["term"] == "velocity_lag"
+    low, high = entry["parameters"]["lag_s"]["ci95"]
+    assert low < 0.004 < high
+    assert high - low < 0.002
+
+
+def test_noise_is_that_of_the_sensor_however_unevenly_it_is_sampled() -> None:
+    rng = np.random.default_rng(1)
+    t = np.cumsum(rng.choice([0.010, 0.012], 4000))
+    assert noise_of(t, np.sin(3 * t) + 1e-5 * rng.standard_normal(4000)) == pytest.approx(1e-5, rel=0.1)
 
 
 def test_the_scale_of_torque_is_known_from_the_model_alone() -> None:

@@ -349,6 +349,17 @@ def test_late_stamps_show_the_past() -> None:
     np.testing.assert_allclose(trace.position[5:], then[5:], atol=2e-6)
 
 
+@pytest.mark.parametrize("lag", [0.004, 0.025])
+def test_a_speed_that_lags_shows_the_past_beside_the_position_of_now(lag: float) -> None:
+    t, r = wave(100.0, 8.0)
+    slow = with_terms(TermUse("velocity_lag", {"lag_s": lag}))
+    trace, fresh = replay(slow, commanded(t, r, ERA)), replay(ERA, commanded(t, r, ERA))
+    np.testing.assert_allclose(trace.effort, fresh.effort, atol=1e-12)
+    np.testing.assert_array_equal(trace.position, fresh.position)
+    then = np.interp(t - lag, t, fresh.motor_velocity)
+    np.testing.assert_allclose(trace.motor_velocity[5:], then[5:], atol=1e-9)
+
+
 def test_the_limit_holds_without_windup() -> None:
     t = np.arange(3000) / 100.0
     law = Controller(28.0, 40.0, 17.0, 100.0, limit=0.05)

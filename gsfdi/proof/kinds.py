@@ -177,6 +177,12 @@ KINDS: dict[str, Kind] = {
             in_proportion("timestamp_latency", "delay_s", lambda s, j: 1 / j.sample_rate, 3.0),
             family="sensor",
         ),
+        Kind(
+            "velocity_lag",
+            "sensor",
+            in_proportion("velocity_lag", "lag_s", lambda s, j: 1 / j.sample_rate, 1.0),
+            family="sensor",
+        ),
         Kind("controller_proportional", "controller", gain_off_by("proportional", 0.2), family="controller"),
         Kind("controller_derivative", "controller", gain_off_by("derivative", 0.2), family="controller"),
         Kind("controller_integral", "controller", gain_off_by("integral", 0.6), family="controller"),

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
 from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter, lfilter_zi
 
 from gsfdi.channels import CHANNELS, Axis
 from gsfdi.proof.effects import SLOT, SLOTS, WIDTH
@@ -116,7 +117,7 @@ def table_of(effects: Sequence[Effect]) -> tuple[Array, Array]:
     """Lay effects out as the integrator reads them: sizes (slots, 4) and onsets (slots,)."""
     sizes, onsets = np.zeros((len(SLOTS), WIDTH)), np.full(len(SLOTS), np.inf)
     for effect in effects:
-        if effect.term == "timestamp_latency" or effect.term in OUTSIDE:
+        if effect.term in LOGGED or effect.term in OUTSIDE:
             continue
         row = SLOT[effect.term] if effect.term in SLOT else SLOT[f"{_family(effect.term)}_{effect.side or 'motor'}"]
         values = [value for name, value in effect.values.items() if name != "onset_s"]
@@ -200,9 +201,9 @@ def run(world: World, motion: Motion, seed: int, *, noisy: bool = True, limit_st
         joint.structure == "rigid",
         min(limit_step, 0.25 * dt),
     )
-    late = next((e for e in world.effects if e.term == "timestamp_latency"), None)
-    if late is not None:
-        traces = stamped_late(t, traces, noise, late)
+    for effect in world.effects:
+        if effect.term in LOGGED:
+            traces = LOGGED[effect.term](t, traces, noise, effect)
     return traces[lead:]
 
 
@@ -216,6 +217,24 @@ def stamped_late(t: Array, traces: Array, noise: Array, late: Effect) -> Array:
     before = t < (late.onset if late.onset is not None else -np.inf)
     out[before] = traces[before]
     return out
+
+
+def filtered(t: Array, traces: Array, noise: Array, smooth: Effect) -> Array:
+    """Let the motor speed in the log, noise aside, pass a filter of the first order whose time constant is `lag_s`."""
+    out, lag = traces.copy(), smooth.values["lag_s"]
+    fine = np.linspace(t[0], t[-1], 1 + round(8 * (t[-1] - t[0]) / lag))
+    speed = CubicSpline(t, traces[:, 1] - noise[:, 1])(fine)
+    share = (fine[1] - fine[0]) / lag
+    b, a = [0.5 * share, 0.5 * share], [1.0 + 0.5 * share, 0.5 * share - 1.0]  # trapezoids
+    slow, _ = lfilter(b, a, speed, zi=lfilter_zi(b, a) * speed[0])
+    out[:, 1] = CubicSpline(fine, slow)(t) + noise[:, 1]
+    before = t < (smooth.onset if smooth.onset is not None else -np.inf)
+    out[before] = traces[before]
+    return out
+
+
+LOGGED = {"timestamp_latency": stamped_late, "velocity_lag": filtered}
+"""Effects on what is logged alone."""
 
 
 def logged(motion: Motion, traces: Array, telemetry: Telemetry, seed: int) -> Log:

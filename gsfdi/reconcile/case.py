@@ -1,7 +1,7 @@
 """Everything that the answer for one joint is told from."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 

@@ -31,7 +31,9 @@ def cleaned(records: Sequence[JointRecord], model: JointModel, law: LawCheck | N
             return None
         # wrong gains are in the model's controller already, and a late stamp in the records
         left = [f for f in law.findings if f.term in ("current_gain", "current_bias", "current_limit", "position_gain")]
-        return [_driven(r, model, left) for r in records]
+        assert model.controller is not None
+        aged = replace(model, controller=replace(model.controller, derivative_delay=law.derivative_delay))
+        return [_driven(r, aged, left) for r in records]
     learnt = learn_law(records, model)
     if learnt is None:
         return None

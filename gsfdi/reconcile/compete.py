@@ -159,9 +159,7 @@ def simplified(hand: Round, given: int) -> Round:
     given : int
         Terms of the nominal model, which stay.
     """
-    for place, use in list(enumerate(hand.fitted.model.physics))[given:]:
-        if use.onset is not None and use.onset < EARLIEST * hand.stand.scales.seconds:  # it was there all along
-            hand = around(hand, always(hand, place))
+    hand = there_all_along(hand, given)
     while True:
         trials = [(without(hand, place), _price(hand, place)) for place in range(given, len(hand.fitted.model.physics))]
         trials += [
@@ -178,6 +176,14 @@ def simplified(hand: Round, given: int) -> Round:
         if worth > 0:
             return hand
         hand = around(hand, fitted)
+
+
+def there_all_along(hand: Round, given: int) -> Round:
+    """Give terms that set in at the very start no onset; for the arguments see `simplified`."""
+    for place, use in list(enumerate(hand.fitted.model.physics))[given:]:
+        if use.onset is not None and use.onset < EARLIEST * hand.stand.scales.seconds:
+            hand = around(hand, always(hand, place))
+    return hand
 
 
 def _price(hand: Round, place: int) -> float:

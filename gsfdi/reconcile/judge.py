@@ -8,7 +8,7 @@ import numpy as np
 from gsfdi.fit import Fitted
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import Contest, missing, without
+from gsfdi.reconcile.compete import Contest, missing, there_all_along, without
 from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed
 from gsfdi.reconcile.finalists import KNOB_COST, is_chance, size_of
@@ -223,7 +223,7 @@ def names(
         own = _prior(use, shelf_terms, hand)
         if odds and max(odds) > own + 0.1 and swaps < 3:
             better = rows[int(np.argmax(odds))][1]
-            hand, swaps = around(hand, better), swaps + 1
+            hand, swaps = there_all_along(around(hand, better), given), swaps + 1
             if not alike(hand, use, better.model.physics[-1]):  # the others were held beside another model
                 place, found = given, []
             continue

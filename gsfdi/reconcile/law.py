@@ -4,7 +4,7 @@ The law involves no mechanics. What it cannot account for lies in the controller
 limit, or in the clock between effort and measurement, and is settled before any physics is blamed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.blind import BETWEEN, blind, instrumental
 from gsfdi.reconcile.sensing import effort_noise
-from gsfdi.reconcile.sheet import Held, LawFinding, Log, columns_of, commanded, misfits, scaled
+from gsfdi.reconcile.sheet import Held, LawFinding, Log, Sheet, columns_of, commanded, misfits, scaled
 from gsfdi.types import JointRecord
 
 COARSE = 0.003
@@ -30,7 +30,7 @@ class LawCheck:
     noise: float
     findings: tuple[LawFinding, ...]
     derivative_delay: float = 0.0
-    """Age of the speed that the controller must have had [s], where it is not logged."""
+    """Age of the speed that the controller must have had [s], where it is not logged; below 0 the logged one lags."""
 
     @property
     def holds(self) -> bool:
@@ -63,9 +63,12 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
         if not trials:
             break
         held = replace(held, findings=(*held.findings, max(trials, key=lambda f: f.gain)))
-    return LawCheck(before, held.left, size, noise, held.findings, law.derivative_delay)
+    findings = tuple(f for f in held.findings if f.term != LAG)
+    return LawCheck(before, held.left, size, noise, findings, held.aged.derivative_delay)
 
 
+LAG = "velocity_lag"
+"""What a law has no part in, though it shows it: found again, and better, beside the positions."""
 SURE = 25.0
 """Log-likelihood that a finding must gain."""
 LEFT = 0.7
@@ -90,8 +93,8 @@ def _matters(finding: LawFinding, size: float, law: Controller) -> bool:
     values = finding.values
     if "ratio" in values:
         return abs(values["ratio"] - 1) > max(COARSE, 4 * finding.spread)
-    if "delay_s" in values:
-        return values["delay_s"] * law.sample_rate > 0.02
+    if times := {"delay_s", "lag_s"} & values.keys():
+        return values[times.pop()] * law.sample_rate > 0.02
     return abs(values.get("bias_a", np.inf)) > COARSE * size
 
 
@@ -125,7 +128,9 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
     if not taken & {"current_bias", "current_limit"} and len({(r.source, r.t0_ns) for r in held.log.records}) == 1:
         found += _steps(held)
     if "timestamp_latency" not in taken:
-        found.append(_late(held))
+        found.append(_clock(held, "timestamp_latency", "delay_s", lambda late: held.log.sheets(held.aged, late)))
+    if measured and LAG not in taken:
+        found.append(_clock(held, LAG, "lag_s", lambda lag: held.log.sheets(_younger(held.aged, lag), held.late)))
     if "current_limit" not in taken:
         found += _limit(held)
     return found
@@ -152,14 +157,19 @@ def _steps(held: Held) -> list[LawFinding]:
     return found
 
 
-def _late(held: Held) -> LawFinding:
-    """Measurements that were stamped late: the law holds between effort and what will be logged a little later."""
+def _younger(law: Controller, lag: float) -> Controller:
+    """The law as it reads beside a logged speed that lags behind the one it was fed."""
+    return replace(law, derivative_delay=law.derivative_delay - lag)
+
+
+def _clock(held: Held, term: str, name: str, sheets: Callable[[float], list[Sheet]]) -> LawFinding:
+    """Measurements that came late into the log: the law holds between effort and what will be logged a little later."""
     period = 1.0 / held.law.sample_rate
 
     def rest(late: float) -> float:
-        return float(sum(m @ m for m in misfits(held.log.sheets(held.law, late), held.findings)))
+        return float(sum(m @ m for m in misfits(sheets(late), held.findings)))
 
-    best = min(np.array([0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]) * period, key=rest)
+    best = min(np.array([0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]) * period, key=rest)
     for width in (0.5, 0.15, 0.05, 0.015):
         near = (best + step * width * period for step in (-2, -1, 0, 1, 2))
         best = min((late for late in near if late > 0), key=rest)
@@ -167,7 +177,7 @@ def _late(held: Held) -> LawFinding:
     bend = (rest(best * 1.05) + rest(best * 0.95) - 2 * least) / (0.05 * best) ** 2
     spread = float(np.hypot(np.sqrt(2 * least / held.samples / bend), BETWEEN * period)) if bend > 0 else best
     share = 1 - least / held.energy
-    return LawFinding("timestamp_latency", {"delay_s": float(best)}, None, held.gain(least) - 3, share, spread)
+    return LawFinding(term, {name: float(best)}, None, held.gain(least) - 3, share, spread)
 
 
 def _limit(held: Held) -> list[LawFinding]:

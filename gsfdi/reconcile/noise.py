@@ -42,16 +42,16 @@ def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array, near
 
 def downhill(cost: Callable[[Array], float], size: Array, factor: Array, most: int = 4) -> Array:
     """Multiply or divide `size` by `factor`, `most` times at most, for as long as that lowers its cost."""
-    here = cost(size)
+    best, here = size, cost(size)
     for step in (factor, 1.0 / factor):
-        for moved in range(most):
-            there = cost(size * step)
+        for _ in range(most):
+            there = cost(best * step)
             if not there < here:
                 break
-            size, here = size * step, there
-        if moved:  # what lay the other way is behind
+            best, here = best * step, there
+        if best is not size:  # what lay the other way is behind
             break
-    return size
+    return best
 
 
 def surprise(stand: Bench, innovations: Sequence[Array], torque: Array) -> float:

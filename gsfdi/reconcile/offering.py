@@ -13,7 +13,7 @@ from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.surplus import lowered
 from gsfdi.reconcile.waves import worthy_orders
 
-OF_THE_LAW = frozenset({"current_gain", "velocity_bias", "velocity_gain"})
+OF_THE_LAW = frozenset({"current_gain", "velocity_bias", "velocity_gain", "velocity_lag"})
 """Terms that say no more, where the law told the speed, than that the law is another."""
 TRIED = 3.0
 """Times the torque that is missing at which a term is tried."""

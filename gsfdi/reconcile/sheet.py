@@ -6,12 +6,16 @@ from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.signal import savgol_filter
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.gaps import at_corners, beside_lost
 from gsfdi.reconcile.sensing import setpoint_rate
 from gsfdi.types import Array, JointRecord, Mask
+
+CALM = 9
+"""Samples through which a cubic is drawn to tell a speed from its noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +97,7 @@ def sheet_of(
     if good.sum() < 50:
         return None
     position = smooth(t + late, t[good], position[good])
-    velocity = smooth(t + late - law.derivative_delay, t[good], velocity[good])
+    velocity = aged(t + late, t[good], velocity[good], law.derivative_delay)
     rate = setpoint_rate(record)
     ahead = np.nan_to_num(record[f"{record.effort}_feedforward"]) if f"{record.effort}_feedforward" in record else 0 * t
     error = record["setpoint"] - position
@@ -110,6 +114,14 @@ def sheet_of(
     unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record)[keep]
     braking = -law.derivative * velocity[keep]
     return Sheet(t[keep], effort[keep], parts, unheld, np.nan_to_num(growth[keep]), rate[keep], braking)
+
+
+def aged(t: Array, known: Array, values: Array, age: float) -> Array:
+    """Give a speed of age `age` at times `t`; one that is newer than the log has it still has the log's noise."""
+    if age >= 0.0:
+        return smooth(t - age, known, values)
+    calm = savgol_filter(values, CALM, 3)
+    return smooth(t, known, values) + smooth(t - age, known, calm) - smooth(t, known, calm)
 
 
 def smooth(t: Array, known: Array, values: Array) -> Array:
@@ -214,10 +226,16 @@ class Held:
         """Time [s] by which measurements were found to be stamped late."""
         return sum(f.values.get("delay_s", 0.0) for f in self.findings)
 
+    @property
+    def aged(self) -> Controller:
+        """The law with the age that its speed has beside the logged one, which may lag behind it."""
+        lag = sum(f.values.get("lag_s", 0.0) for f in self.findings)
+        return replace(self.law, derivative_delay=self.law.derivative_delay - lag)
+
     @cached_property
     def sheets(self) -> list[Sheet]:
         """Every stretch, laid out with its measurements where they belong."""
-        return self.log.sheets(self.law, self.late)
+        return self.log.sheets(self.aged, self.late)
 
     @cached_property
     def off(self) -> list[Array]:

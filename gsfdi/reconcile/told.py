@@ -80,7 +80,8 @@ def told(records: Sequence[JointRecord], model: JointModel) -> Told | None:
         speeds.append(turns * speed_of(record, sheet, model.controller.derivative))
     lever = turns / model.controller.derivative
     ratio = model.plant.gear_ratio / turns  # of the motor's speed to the one that the model senses
-    noise = ratio * told_noise(speeds, model.sensors.motor_velocity_noise / ratio, lever * effort_noise(model))
+    own, times = model.sensors.motor_velocity_noise / ratio, [record.t for record in records]
+    noise = ratio * told_noise(times, speeds, own, lever * effort_noise(model))
     channel = "motor_velocity" if flexible else "joint_velocity"
     full = [
         replace(r, channels={**r.channels, channel: speed}, valid={}) for r, speed in zip(records, speeds, strict=True)
@@ -100,11 +101,11 @@ def speed_of(record: JointRecord, sheet: Sheet, derivative: float) -> Array:
     return whole - float(np.nanmean(whole - slope))
 
 
-def told_noise(speeds: Sequence[Array], own: float, through_effort: float) -> float:
+def told_noise(times: Sequence[Array], speeds: Sequence[Array], own: float, through_effort: float) -> float:
     """Noise of told speeds: what the model states of both sensors, unless it states none or the values show far more.
 
     `own` is the speed sensor's, `through_effort` what the effort's makes of a told speed.
     """
-    seen = float(np.median([noise_of(speed) for speed in speeds]))
+    seen = float(np.median([noise_of(*shown) for shown in zip(times, speeds, strict=True)]))
     whole = float(np.hypot(own, through_effort))
     return whole if own > 0 and seen < FAR * whole else seen

@@ -16,7 +16,7 @@ def command(model, mode, m, v, states, clock, state, now, held, noise, resolutio
         if clock[now, at.TICK] > 0:
             speed = v[at.SENSED, 1]
             if model[at.SPEED_AGE] > 0:
-                sense_late(model, m, v, states, clock, state, now, model[at.SPEED_AGE], noise, resolution)
+                sense_late(model, m, v, states, clock, state, now, model[at.SPEED_AGE], 0.0, noise, resolution)
                 speed = v[at.LATE, 1]
             held = control(model, clock, now, v[at.SENSED, 0], speed / ratio, v)
             held = mapped(at.CURRENT, model, m, states, held)

@@ -70,6 +70,7 @@ def run(  # type: ignore[no-untyped-def]
         sense(model, m, v, states, at.X, at.SENSED, time, noise, resolution, now)
         if clock[now, at.RECORD] >= 0:
             show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, shown)
+        state[now, at.CORRECTED] = v[at.X, 1]
         held = command(model, mode, m, v, states, clock, state, now, held, noise, resolution)
         state[now, at.INTEGRAL], state[now, at.FLOWING] = v[at.MEMORY, 0], held
         if clock[now, at.RECORD] >= 0:

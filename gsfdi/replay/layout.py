@@ -4,7 +4,7 @@ CLOSED_LOOP, OPEN_LOOP, PREDICT, PREDICT_CONTROLLER = range(4)
 
 # Slots in which laws act.
 TORQUE_CONSTANT, CURRENT, DELAY, MOTOR_TORQUE, OUTPUT_TORQUE, MOTOR_DRY, OUTPUT_DRY = range(7)
-WINDUP, SPRING, POSITION_SENSOR, VELOCITY_SENSOR, CURRENT_SENSOR, LATENCY, SLOTS = range(7, 14)
+WINDUP, SPRING, POSITION_SENSOR, VELOCITY_SENSOR, CURRENT_SENSOR, LATENCY, SPEED_LATENCY, SLOTS = range(7, 15)
 
 # A packed model: controller, step, where each slot's terms begin; then a row per era and a row per term.
 KP, KI, KD, RATE_FEEDFORWARD, LIMIT, SPEED_AGE, LONGEST_STEP, WAVE, GEAR, RIGID, ERAS, FIRST = range(12)
@@ -17,8 +17,9 @@ ADDRESS, ONSET, PARAMS, TERM_WIDTH = 0, 1, 2, 6
 TIME, TICK, RECORD, RESTART, SETPOINT, RATE, FEEDFORWARD, EFFORT = range(8)
 POSITION, VELOCITY, TEMPERATURE, LEVER, EVENT_WIDTH = range(8, 13)
 
-# A row of the states, by event: motion, the integral part of the controller, the effort that flows.
-INTEGRAL, FLOWING, STATE_WIDTH = 4, 5, 6
+# A row of the states, by event: motion, the integral part of the controller, the effort that flows, and the motor's
+# speed once an observer has corrected it.
+INTEGRAL, FLOWING, CORRECTED, STATE_WIDTH = 4, 5, 6, 7
 
 # A row of what a sample shows: position, speed, effort, and in the predict modes the innovations.
 SHOWN_EFFORT, INNOVATION, SHOWN_WIDTH = 2, 3, 5

@@ -26,9 +26,11 @@ def sense(model, m, v, states, row, target, time, noise, resolution, now):  # ty
 
 
 @inlined
-def sense_late(model, m, v, states, clock, state, now, age, noise, resolution):  # type: ignore[no-untyped-def]
-    """Write into row LATE what sensors gave `age` before event `now`, with the noise that they had then."""
+def sense_late(model, m, v, states, clock, state, now, age, lag, noise, resolution):  # type: ignore[no-untyped-def]
+    """Write into row LATE what sensors gave `age` before event `now`, the speed by `lag` more, and that time's noise."""
     then = motion_at(clock, state, now, clock[now, at.TIME] - age, v)
+    if lag > 0.0:
+        v[at.SEEN, 1] = speed_at(clock, state, now, clock[now, at.TIME] - age - lag)
     sense(model, m, v, states, at.SEEN, at.LATE, clock[now, at.TIME], noise, resolution, then)
     see(model, m, v, at.X, clock[now, at.TIME])
 
@@ -51,12 +53,26 @@ def motion_at(clock, state, now, time, v):  # type: ignore[no-untyped-def]
     return j
 
 
+@compiled
+def speed_at(clock, state, now, time):  # type: ignore[no-untyped-def]
+    """Motor's speed at `time`, no later than event `now`: straight between events, as an observer has corrected it."""
+    j = now
+    while j > 0 and clock[j, at.TIME] > time:
+        j -= 1
+    last = min(j + 1, now)
+    span = clock[last, at.TIME] - clock[j, at.TIME]
+    u = 0.0 if span <= 0.0 else max(time - clock[j, at.TIME], 0.0) / span
+    begun = state[j, at.CORRECTED if j < now else 1]
+    return begun + u * (state[last, at.CORRECTED if last < now else 1] - begun)
+
+
 @inlined
 def show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, shown):  # type: ignore[no-untyped-def]
     """Write what the log holds of a sample, which late stamps make older; an observer corrects its state by it."""
     sample, source = int(clock[now, at.RECORD]), at.SENSED
-    if any_in(at.LATENCY, model):
-        sense_late(model, m, v, states, clock, state, now, total(at.LATENCY, model, m, states), noise, resolution)
+    if any_in(at.LATENCY, model) or any_in(at.SPEED_LATENCY, model):
+        age, lag = total(at.LATENCY, model, m, states), total(at.SPEED_LATENCY, model, m, states)
+        sense_late(model, m, v, states, clock, state, now, age, lag, noise, resolution)
         source = at.LATE
     for i in range(2):
         shown[sample, i] = v[source, i]
