@@ -12,6 +12,7 @@ import numpy as np
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.blind import BETWEEN, blind, instrumental
+from gsfdi.reconcile.lagging import LAG, with_positions
 from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.reconcile.sheet import Held, LawFinding, Log, Sheet, columns_of, commanded, misfits, scaled
 from gsfdi.types import JointRecord
@@ -60,6 +61,7 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
         trials = instrumental(held, pair.shown, COARSE * size) if pair is not None else []
         trials = [f for f in trials if f.gain > SURE]
         trials = trials or [f for f in _believable(held, noise, measured) if _matters(f, size, law)]
+        trials = with_positions(trials, records, model)
         if not trials:
             break
         held = replace(held, findings=(*held.findings, max(trials, key=lambda f: f.gain)))
@@ -67,8 +69,6 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
     return LawCheck(before, held.left, size, noise, findings, held.aged.derivative_delay)
 
 
-LAG = "velocity_lag"
-"""What a law has no part in, though it shows it: found again, and better, beside the positions."""
 SURE = 25.0
 """Log-likelihood that a finding must gain."""
 LEFT = 0.7

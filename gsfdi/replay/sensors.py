@@ -27,7 +27,7 @@ def sense(model, m, v, states, row, target, time, noise, resolution, now):  # ty
 
 @inlined
 def sense_late(model, m, v, states, clock, state, now, age, lag, noise, resolution):  # type: ignore[no-untyped-def]
-    """Write into row LATE what sensors gave `age` before event `now`, the speed by `lag` more, and that time's noise."""
+    """Write into row LATE what sensors gave `age` before event `now`, the speed by `lag` more, with noise of then."""
     then = motion_at(clock, state, now, clock[now, at.TIME] - age, v)
     if lag > 0.0:
         v[at.SEEN, 1] = speed_at(clock, state, now, clock[now, at.TIME] - age - lag)
