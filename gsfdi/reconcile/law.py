@@ -71,6 +71,8 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
 
 SURE = 25.0
 """Log-likelihood that a finding must gain."""
+SOON = 0.005
+"""Ticks below which a delay is how samples were read and held."""
 LEFT = 0.7
 """Ratio below which a part of the law that was scaled in noise is not believed."""
 AGES = (0.0, 0.5, 1.0, 1.5, 2.0)
@@ -94,7 +96,7 @@ def _matters(finding: LawFinding, size: float, law: Controller) -> bool:
     if "ratio" in values:
         return abs(values["ratio"] - 1) > max(COARSE, 4 * finding.spread)
     if times := {"delay_s", "lag_s"} & values.keys():
-        return values[times.pop()] * law.sample_rate > 0.02
+        return values[times.pop()] * law.sample_rate > SOON
     return abs(values.get("bias_a", np.inf)) > COARSE * size
 
 
@@ -169,13 +171,14 @@ def _clock(held: Held, term: str, name: str, sheets: Callable[[float], list[Shee
     def rest(late: float) -> float:
         return float(sum(m @ m for m in misfits(sheets(late), held.findings)))
 
-    best = min(np.array([0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]) * period, key=rest)
-    for width in (0.5, 0.15, 0.05, 0.015):
-        near = (best + step * width * period for step in (-2, -1, 0, 1, 2))
+    best = min(np.array([0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]) * period, key=rest)
+    for width in (0.3, 0.1, 0.03):
+        near = (best + step * width * min(period, best) for step in (-2, -1, 0, 1, 2))
         best = min((late for late in near if late > 0), key=rest)
     least = rest(best)
     bend = (rest(best * 1.05) + rest(best * 0.95) - 2 * least) / (0.05 * best) ** 2
-    spread = float(np.hypot(np.sqrt(2 * least / held.samples / bend), BETWEEN * period)) if bend > 0 else best
+    read = BETWEEN * min(period, best)
+    spread = float(np.hypot(np.sqrt(2 * least / held.samples / bend), read)) if bend > 0 else best
     share = 1 - least / held.energy
     return LawFinding(term, {name: float(best)}, None, held.gain(least) - 3, share, spread)
 
