@@ -23,6 +23,7 @@ from gsfdi.reconcile.finalists import (
     credible,
     distinct,
     fairly,
+    is_at_bound,
     matters,
     merit,
     needed,
@@ -240,6 +241,8 @@ def contend(
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
         settled = reshaped(settled, shelf_terms[entry.offer.term], floor)
+        if is_at_bound(settled, shelf_terms):
+            continue
         gain, least = likelier(settled, hand) - cost_of(entry), settled_bar(settled, entry, trials)
         if merit(entry) < entry.bar and gain < least:
             continue

@@ -117,6 +117,19 @@ def matters(hand: Round, entry: Entry) -> bool:
     return bool(torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0] > MATERIAL)
 
 
+def is_at_bound(settled: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
+    """Whether the last term would be larger than is plausible: its size ended where it may go no farther."""
+    fitted = settled.fitted
+    last = len(fitted.model.physics) - 1
+    size = shelf_terms[fitted.model.physics[last].term].params[0]
+    return any(
+        knob.place == last
+        and knob.name == size.name
+        and any(end != size.neutral and abs(value - end) < 1e-6 * knob.scale for end in (knob.low, knob.high))
+        for knob, value in zip(fitted.knobs, fitted.values, strict=True)
+    )
+
+
 def size_of(hand: Round, fitted: Fitted) -> float:
     """Torque that a fitted model has and the one in hand lacks, root mean square, as a share of the drive's."""
     return float(torque_between(hand.stand, hand.fitted.model, fitted.model)[0])
