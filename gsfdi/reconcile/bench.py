@@ -298,7 +298,10 @@ def start_doubt(system: Observed, scales: Scales) -> Array:
 
 
 def shaken_of(record: JointRecord, scales: Scales) -> Array:
-    """Torque by which the drive may have moved unseen over the step before each sample: its jump beside lost ones."""
+    """Torque by which the drive may have moved unseen over the step before each sample: its jump beside lost ones.
+
+    An effort acts until the next sample, so that the last that is in doubt acts over a step that follows both.
+    """
     effort = record[record.effort] * scales.torque / scales.effort
     jump = np.maximum(np.abs(np.diff(effort, prepend=effort[0])), np.abs(np.diff(effort, append=effort[-1])))
-    return np.where(beside_lost(record), jump, 0.0)
+    return np.concatenate([[0.0], np.where(beside_lost(record), jump, 0.0)[:-1]])

@@ -65,10 +65,11 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
         sheet = sheet_of(record, model, unit)
         if sheet is None:
             return None
-        fast = sheet.rate
+        fast, held = sheet.rate, ~sheet.unheld
         columns = [sheet.parts["proportional"], sheet.parts["integral"], fast - sheet.parts["derivative"], fast]
+        columns = [column[held] for column in columns]
         rows.append(np.column_stack([c - c.mean() for c in columns]))
-        efforts.append(sheet.effort - sheet.parts["feedforward"])
+        efforts.append((sheet.effort - sheet.parts["feedforward"])[held])
         blocks.append(efforts[-1] - efforts[-1].mean())
     X, y = np.concatenate(rows), np.concatenate(blocks)
     scale = np.maximum(np.sqrt(np.mean(X**2, axis=0)), 1e-300)
