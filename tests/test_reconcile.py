@@ -8,16 +8,20 @@ import pytest
 from joints import without_speed
 from rigid import JOINT as NOMINAL
 
+from gsfdi.fit import Knob
 from gsfdi.model import Controller, JointModel, Sensors, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import Reconciliation, reconcile, twin
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
+from gsfdi.reconcile.clean import learn_law
 from gsfdi.reconcile.compete import Contest, opening
 from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.dating import middle
+from gsfdi.reconcile.finalists import is_at_bound
 from gsfdi.reconcile.gaps import at_corners
 from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing, least_share
+from gsfdi.reconcile.lagging import kinematic_lag
 from gsfdi.reconcile.law import check_law
 from gsfdi.reconcile.offer import SHARE, Offer
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
@@ -241,16 +245,26 @@ def test_a_limit_is_found_although_the_integral_waits_at_it() -> None:
     assert entry["parameters"]["limit_a"]["value"] == pytest.approx(limit, rel=0.01)
 
 
-def test_no_law_is_held_against_the_slope_of_a_setpoint_beside_lost_samples() -> None:
-    whole = recorded(NOMINAL)
+def lossy(whole: JointRecord) -> JointRecord:
+    """Give a record without one sample in 25, nor the setpoint's rate."""
     keep = np.random.default_rng(3).random(len(whole.t)) > 0.04
-    lossy = replace(
-        whole, t=whole.t[keep], channels={k: whole[k][keep] for k in whole.channels if k != "setpoint_rate"}, valid={}
-    )
-    found = check_law(bench([lossy], NOMINAL).records, NOMINAL)
+    channels = {name: whole[name][keep] for name in whole.channels if name != "setpoint_rate"}
+    return replace(whole, t=whole.t[keep], channels=channels, valid={})
+
+
+def test_no_law_is_held_against_the_slope_of_a_setpoint_beside_lost_samples() -> None:
+    found = check_law(bench([lossy(recorded(NOMINAL))], NOMINAL).records, NOMINAL)
     assert found is not None
     assert found.findings == ()
     assert found.after < 1.1 * NOMINAL.sensors.effort_noise
+
+
+def test_a_law_is_learnt_beside_lost_samples() -> None:
+    unknown, law = replace(NOMINAL, controller=None), NOMINAL.controller
+    learnt = learn_law(bench([lossy(recorded(NOMINAL))], unknown).records, unknown)
+    assert law is not None
+    assert learnt is not None
+    assert (learnt.proportional, learnt.derivative) == pytest.approx((law.proportional, law.derivative), rel=0.03)
 
 
 def test_the_age_of_a_speed_that_is_not_logged_is_read_off_the_law() -> None:
@@ -304,6 +318,44 @@ def test_a_setpoint_that_stands_while_the_joint_is_pushed_blames_no_law() -> Non
     found = check_law([replace(record, channels=channels)], QUIET)
     assert found is not None
     assert found.findings == ()
+
+
+def test_stamps_that_are_late_by_a_hundredth_of_a_tick_are_found() -> None:
+    found = check_law([recorded(replace(QUIET, physics=(TermUse("timestamp_latency", {"delay_s": 1e-4}),)))], QUIET)
+    assert found is not None
+    (finding,) = found.findings
+    assert finding.values["delay_s"] == pytest.approx(1e-4, rel=0.1)
+    assert abs(finding.values["delay_s"] - 1e-4) < 3 * finding.spread < 5e-5
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.001, 0.02])
+def test_way_and_speed_tell_a_lag_whatever_the_speeds_scale(lag: float) -> None:
+    uses = (TermUse("velocity_lag", {"lag_s": lag}), TermUse("velocity_gain", {"ratio": 1.03}))
+    shown, spread = kinematic_lag([recorded(replace(QUIET, physics=uses))], QUIET)
+    assert shown == pytest.approx(lag, abs=max(4 * spread, 0.04 * lag))
+    assert spread < 1e-4
+
+
+@pytest.mark.parametrize("factor", [0.1, 8.0])
+def test_a_payload_is_named_however_large(factor: float) -> None:
+    loaded = replace(NOMINAL, plant=replace(NOMINAL.plant, output_inertia=factor * NOMINAL.plant.output_inertia))
+    (entry,) = reconcile([recorded(loaded)], NOMINAL).omitted_physics
+    assert entry["term"] == "output_inertia_change"
+    assert entry["parameters"]["ratio"]["value"] == pytest.approx(factor, rel=0.01)
+
+
+def test_what_would_have_to_be_larger_than_is_plausible_is_no_name() -> None:
+    use = TermUse("load_dependent_friction", {"ratio": 0.5})
+    knob = Knob(0, "ratio", 0.1, 0.0, 0.5)
+
+    def settled(ratio: float) -> SimpleNamespace:
+        fitted = SimpleNamespace(model=replace(NOMINAL, physics=(use,)), knobs=(knob,), values=np.array([ratio]))
+        return SimpleNamespace(fitted=fitted)
+
+    terms = shelf("gsfdi.terms", PhysicsTerm)
+    assert is_at_bound(settled(0.5), terms)  # type: ignore[arg-type]
+    assert not is_at_bound(settled(0.49), terms)  # type: ignore[arg-type]
+    assert not is_at_bound(settled(0.0), terms)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("ticks", [0.4, 1.0, 2.5])

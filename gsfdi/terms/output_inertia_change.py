@@ -26,7 +26,7 @@ TERM = PhysicsTerm(
             typical=0.1,
             neutral=1.0,
             linear=True,
-            plausible=lambda s, ratio: (0.2, 5.0),
+            plausible=lambda s, ratio: (0.05, 20.0),
         ),
     ),
     source="the paper's eq. 5-1: Ison in A(4,3)",
