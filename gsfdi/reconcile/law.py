@@ -14,7 +14,7 @@ from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.blind import BETWEEN, blind, instrumental
 from gsfdi.reconcile.lagging import LAG, with_positions
 from gsfdi.reconcile.sensing import effort_noise
-from gsfdi.reconcile.sheet import Held, LawFinding, Log, Sheet, columns_of, commanded, misfits, scaled
+from gsfdi.reconcile.sheet import Held, LawFinding, Log, Sheet, centred, columns_of, commanded, free_of, misfits, scaled
 from gsfdi.types import JointRecord
 
 COARSE = 0.003
@@ -115,11 +115,12 @@ def _believable(held: Held, noise: float, measured: bool) -> list[LawFinding]:
 def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
     """Everything that the law could lack, with what each would gain; `measured` says whether the speed is logged."""
     taken = {f.term for f in held.findings}
+    free = [free_of(sheet, held.findings) for sheet in held.sheets]
     found = []
     for term, parts in columns_of(held.sheets, held.findings).items():
         if term in taken or (measured and term == "position_gain"):
             continue
-        bare = [p - p.mean() for p in parts]
+        bare = [centred(part, rows) for part, rows in zip(parts, free, strict=True)]
         info = float(sum(b @ b for b in bare))
         if info <= 0:
             continue

@@ -226,7 +226,8 @@ def refits(hand: Round, entries: Sequence[Entry]) -> list[Entry]:
     found: list[Entry] = []
     for entry in entries:
         own = (entry.offer.term, entry.offer.side)
-        if any((e.offer.term, e.offer.side) == own and e.gain >= entry.linear for e in found):
+        always = [e for e in found if e.onset is None and (e.offer.term, e.offer.side) == own]
+        if entry.onset is not None and any(e.gain >= entry.linear for e in always):
             continue
         found.append(refit(hand, entry, FAR * max((e.gain for e in found), default=0.0)))
     return found

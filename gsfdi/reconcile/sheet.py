@@ -175,20 +175,23 @@ def _waiting(sheet: Sheet, limit: float) -> Array:
 
 def misfits(sheets: Sequence[Sheet], findings: Sequence[LawFinding]) -> list[Array]:
     """Recorded effort less the law's, the free constant of the integral taken out of every stretch."""
-    found = []
+    return [centred(sheet.effort - commanded(sheet, findings), free_of(sheet, findings)) for sheet in sheets]
+
+
+def free_of(sheet: Sheet, findings: Sequence[LawFinding]) -> Mask:
+    """Samples that can be held against the law, below the limit that was found."""
     limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), np.inf)
-    for sheet in sheets:
-        off = sheet.effort - commanded(sheet, findings)
-        free = ~sheet.unheld & (np.abs(sheet.effort) < 0.995 * limit)
-        off = np.where(free, off, 0.0)
-        found.append(np.where(free, off - _level(off, free), 0.0))
-    return found
+    return np.asarray(~sheet.unheld & (np.abs(sheet.effort) < 0.995 * limit))
+
+
+def centred(values: Array, free: Mask) -> Array:
+    """Give values less their mean over the free samples, 0 elsewhere."""
+    return np.where(free, values - _level(values, free), 0.0)
 
 
 def level_of(sheet: Sheet, findings: Sequence[LawFinding]) -> float:
     """Constant that the law's integral began with."""
-    limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), np.inf)
-    return _level(sheet.effort - commanded(sheet, findings), ~sheet.unheld & (np.abs(sheet.effort) < 0.995 * limit))
+    return _level(sheet.effort - commanded(sheet, findings), free_of(sheet, findings))
 
 
 def _level(off: Array, free: Mask) -> float:
