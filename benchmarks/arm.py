@@ -77,8 +77,8 @@ def main() -> None:
         ratio = model.plant.output_inertia / model.plant.torque_constant
         print(f"  inertia over torque constant: {ratio:.3f} A s²/rad")
         for use in model.physics:
-            shares = {name: round(value / model.plant.torque_constant, 3) for name, value in use.values.items()}
-            print(f"  {use.term}, per N m/A: {shares}")
+            amperes = {k: v / model.plant.torque_constant if "_nm" in k else v for k, v in use.values.items()}
+            print(f"  {use.term}, torques in A: { ({k: round(v, 4) for k, v in amperes.items()}) }")
         for name in (LEARNT, *OTHERS):
             record = recorded(name)
             alone = missing(record, posed(record, model))
