@@ -77,8 +77,8 @@ def main() -> None:
         ratio = model.plant.output_inertia / model.plant.torque_constant
         print(f"  inertia over torque constant: {ratio:.3f} A s²/rad")
         for use in model.physics:
-            amperes = {k: v / model.plant.torque_constant if "_nm" in k else v for k, v in use.values.items()}
-            print(f"  {use.term}, torques in A: { ({k: round(v, 4) for k, v in amperes.items()}) }")
+            unit = {name: model.plant.torque_constant if "_nm" in name else 1.0 for name in use.values}
+            print(f"  {use.term}, torques in A:", {k: round(v / unit[k], 4) for k, v in use.values.items()})
         for name in (LEARNT, *OTHERS):
             record = recorded(name)
             alone = missing(record, posed(record, model))

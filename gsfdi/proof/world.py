@@ -203,7 +203,8 @@ def run(world: World, motion: Motion, seed: int, *, noisy: bool = True, limit_st
     )
     for effect in world.effects:
         if effect.term in LOGGED:
-            traces = LOGGED[effect.term](t, traces, noise, effect)
+            begun = t >= (effect.onset if effect.onset is not None else -np.inf)
+            traces = np.where(begun[:, None], LOGGED[effect.term](t, traces, noise, effect), traces)
     return traces[lead:]
 
 
@@ -214,8 +215,6 @@ def stamped_late(t: Array, traces: Array, noise: Array, late: Effect) -> Array:
     for column in (0, 1):
         clean = traces[:, column] - noise[:, column]
         out[:, column] = CubicSpline(t, clean)(np.maximum(when, t[0])) + noise[:, column]
-    before = t < (late.onset if late.onset is not None else -np.inf)
-    out[before] = traces[before]
     return out
 
 
@@ -228,8 +227,6 @@ def filtered(t: Array, traces: Array, noise: Array, smooth: Effect) -> Array:
     b, a = [0.5 * share, 0.5 * share], [1.0 + 0.5 * share, 0.5 * share - 1.0]  # trapezoids
     slow, _ = lfilter(b, a, speed, zi=lfilter_zi(b, a) * speed[0])
     out[:, 1] = CubicSpline(fine, slow)(t) + noise[:, 1]
-    before = t < (smooth.onset if smooth.onset is not None else -np.inf)
-    out[before] = traces[before]
     return out
 
 

@@ -14,7 +14,19 @@ from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.blind import BETWEEN, blind, instrumental
 from gsfdi.reconcile.lagging import LAG, with_positions
 from gsfdi.reconcile.sensing import effort_noise
-from gsfdi.reconcile.sheet import Held, LawFinding, Log, Sheet, centred, columns_of, commanded, free_of, misfits, scaled
+from gsfdi.reconcile.sheet import (
+    Held,
+    LawFinding,
+    Log,
+    Sheet,
+    centred,
+    columns_of,
+    commanded,
+    free_of,
+    misfits,
+    scaled,
+    younger,
+)
 from gsfdi.types import JointRecord
 
 COARSE = 0.003
@@ -133,7 +145,7 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
     if "timestamp_latency" not in taken:
         found.append(_clock(held, "timestamp_latency", "delay_s", lambda late: held.log.sheets(held.aged, late)))
     if measured and LAG not in taken:
-        found.append(_clock(held, LAG, "lag_s", lambda lag: held.log.sheets(_younger(held.aged, lag), held.late)))
+        found.append(_clock(held, LAG, "lag_s", lambda lag: held.log.sheets(younger(held.aged, lag), held.late)))
     if "current_limit" not in taken:
         found += _limit(held)
     return found
@@ -158,11 +170,6 @@ def _steps(held: Held) -> list[LawFinding]:
             LawFinding("current_bias", {"bias_a": float(size[best])}, onset, gain, 1 - rest / held.energy, spread)
         )
     return found
-
-
-def _younger(law: Controller, lag: float) -> Controller:
-    """The law as it reads beside a logged speed that lags behind the one it was fed."""
-    return replace(law, derivative_delay=law.derivative_delay - lag)
 
 
 def _clock(held: Held, term: str, name: str, sheets: Callable[[float], list[Sheet]]) -> LawFinding:

@@ -116,6 +116,11 @@ def sheet_of(
     return Sheet(t[keep], effort[keep], parts, unheld, np.nan_to_num(growth[keep]), rate[keep], braking)
 
 
+def younger(law: Controller, lag: float) -> Controller:
+    """Give the law as it reads beside a logged speed that lags behind the one it was fed."""
+    return replace(law, derivative_delay=law.derivative_delay - lag)
+
+
 def aged(t: Array, known: Array, values: Array, age: float) -> Array:
     """Give a speed of age `age` at times `t`; one that is newer than the log has it still has the log's noise."""
     if age >= 0.0:
@@ -232,8 +237,7 @@ class Held:
     @property
     def aged(self) -> Controller:
         """The law with the age that its speed has beside the logged one, which may lag behind it."""
-        lag = sum(f.values.get("lag_s", 0.0) for f in self.findings)
-        return replace(self.law, derivative_delay=self.law.derivative_delay - lag)
+        return younger(self.law, sum(f.values.get("lag_s", 0.0) for f in self.findings))
 
     @cached_property
     def sheets(self) -> list[Sheet]:
