@@ -23,6 +23,7 @@ from gsfdi.reconcile.finalists import (
     credible,
     distinct,
     fairly,
+    finalists_of,
     is_at_bound,
     matters,
     merit,
@@ -41,7 +42,6 @@ from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.types import Array
 
-FINALISTS = 8
 NEAR = 0.3
 """Share of the best finalist's merit from which another is settled under its own noise, too."""
 WORTH = 60.0
@@ -229,7 +229,7 @@ def contend(
     likes. So the best few are settled each under the noise that suits it, and the likeliest wins.
     """
     screening = screen(hand, all_offers(hand, shelf_terms, given))
-    ranked = credible(hand, screening, refits(hand, distinct(screening.entries, FINALISTS)))
+    ranked = credible(hand, screening, refits(hand, finalists_of(screening.entries)))
     trials = len(screening.information)
     ranked = [fairly(hand, e, shelf_terms) if merit(e) > LEAST else e for e in ranked]
     ranked.sort(key=merit, reverse=True)

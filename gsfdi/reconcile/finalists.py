@@ -17,6 +17,7 @@ from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, likeliest, o
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.types import Array
 
+FINALISTS = 8
 KNOB_COST = 4.0
 """Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""
 CHANCE = 0.005
@@ -39,6 +40,20 @@ def distinct(entries: Sequence[Entry], most: int, onsets: bool = True) -> list[E
     for entry in entries:
         seen.setdefault((entry.offer.term, entry.offer.side, onsets and entry.onset is None), entry)
     return list(seen.values())[:most]
+
+
+def finalists_of(entries: Sequence[Entry]) -> list[Entry]:
+    """The best `FINALISTS` entries, and before each that sets in the same term from the start, however far behind.
+
+    By regression a term from the start may trail all its forms that set in, and lead once both are refitted.
+    """
+    every = distinct(entries, len(entries))
+    always = {(e.offer.term, e.offer.side): e for e in every if e.onset is None}
+    found: list[Entry] = []
+    for entry in every[:FINALISTS]:
+        same = always.get((entry.offer.term, entry.offer.side))
+        found += [e for e in (same, entry) if e is not None and not any(e is other for other in found)]
+    return found
 
 
 def credible(hand: Round, screening: Screening, finalists: Sequence[Entry]) -> list[Entry]:

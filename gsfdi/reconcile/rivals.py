@@ -1,0 +1,93 @@
+"""What else a term in hand might be: every finalist of the contest that it won, refitted in its place."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from gsfdi.fit import Fitted
+from gsfdi.model import TermUse
+from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile.compete import Contest
+from gsfdi.reconcile.finalists import KNOB_COST, is_chance
+from gsfdi.reconcile.hand import Round, settle, with_term
+from gsfdi.reconcile.knobs import term_knobs
+from gsfdi.reconcile.noise import effort_floor
+from gsfdi.reconcile.say import CONFUSED
+from gsfdi.reconcile.screen import ONSETS, Entry, allowed, refined_onset
+from gsfdi.reconcile.turning import fit_knobs
+
+DRY = {"coulomb_friction", "presliding_friction"}
+"""A bristle that slides is a dry friction."""
+HOPELESS = 30.0
+"""Log-likelihood behind which a rival is not worth a thorough fit."""
+
+
+def rivals(
+    hand: Round, place: int, given: int, contest: Contest, shelf_terms: Mapping[str, PhysicsTerm]
+) -> list[tuple[float, Fitted]]:
+    """Refit the model in hand with each finalist of a contest in the place of the term at `place`; merits beside it."""
+    own = hand.fitted.model.physics[place]
+    if any(own.term in shelf_terms[use.term].beside for use in hand.fitted.model.physics[given:]):
+        return []  # another is there to shape this one
+    others = (*hand.fitted.model.physics[:place], *hand.fitted.model.physics[place + 1 :])
+    keep = [i for i, k in enumerate(hand.fitted.knobs) if k.place != place]
+    rest = [replace(k, place=k.place - (k.place > place)) for k in (hand.fitted.knobs[i] for i in keep)]
+    found = []
+    finalists = [entry for entry in contest.entries if entry.fitted is not None]
+    for entry in (*finalists, *unfitted_likes(own, contest)):
+        if not may_replace(entry, own, others, given, shelf_terms):
+            continue
+        use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
+        if use is None:
+            continue
+        if own.onset is not None and (use.onset is not None or entry.fitted is None):
+            use = replace(use, onset=own.onset)  # what happened then is the question, not when
+        model = with_term(replace(hand.fitted.model, physics=others), use)
+        knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
+        known = hand.fitted.jacobian[:, keep]
+        fitted = fit_knobs(hand.misfit, model, knobs, 4, known)
+        if use.onset is not None and hand.fitted.cost - fitted.cost > -100 * HOPELESS:
+            fitted = refined_onset(hand, fitted, len(model.physics) - 1, hand.stand.scales.seconds / ONSETS, known)
+        if hand.fitted.cost - fitted.cost < -10 * HOPELESS and frozenset({own.term, use.term}) in CONFUSED:
+            # under the noise of a model that lacks nothing, a joint that sticks keeps a fit from going far
+            fitted = settle(hand.stand, model, knobs, effort_floor(hand.stand)).fitted
+            fitted = fit_knobs(hand.misfit, fitted.model, knobs, 4)
+        if hand.fitted.cost - fitted.cost > -10 * HOPELESS:
+            fitted = fit_knobs(hand.misfit, fitted.model, knobs, 8)
+        found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
+    return found
+
+
+def may_replace(
+    entry: Entry, own: TermUse, others: Sequence[TermUse], given: int, shelf_terms: Mapping[str, PhysicsTerm]
+) -> bool:
+    """Whether an entry may stand in the place of a term beside the others, of which the first are the model's own."""
+    term = entry.offer.term
+    if (term, entry.offer.side) == (own.term, own.side):
+        return False
+    if is_chance(entry):
+        return False
+    if not shelf_terms[term].several and any(use.term == term for use in others[given:]):
+        return False
+    return not any({use.term, term} == DRY for use in others)  # one dry friction in two
+
+
+def price(use: TermUse) -> float:
+    """Log-likelihood that a term's numbers must earn."""
+    return KNOB_COST * (len(use.values) + (2 if use.onset is not None else 0))
+
+
+def unfitted_likes(own: TermUse, contest: Contest) -> list[Entry]:
+    """Offers of terms that are easily taken for `own` and yet were no finalists."""
+    likes = {name for pair in CONFUSED if own.term in pair for name in pair} - {own.term}
+    likes -= {entry.offer.term for entry in contest.entries if entry.fitted is not None}
+    best: dict[str, Entry] = {}
+    for entry in contest.entries:
+        if entry.offer.term in likes and entry.onset is None:
+            best.setdefault(entry.offer.term, entry)
+    return list(best.values())
+
+
+def first_guess(entry: Entry) -> TermUse | None:
+    """Term of an offer with the numbers that regression gave it."""
+    values = entry.offer.mix(entry.coefficients)
+    return None if values is None else entry.offer.use(allowed(entry.offer, values), entry.onset)
