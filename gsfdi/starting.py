@@ -16,6 +16,7 @@ from gsfdi.types import Array
 SPAN = 0.3  # [s] from which the start is taken
 FEWEST, MOST = 8, 64  # samples of it
 UNKNOWN_NOISE = (1e-5, 1e-2)  # of position and speed, where the model says none: only their ratio counts
+SENSOR_STEPS = 8  # towards the angle that a sensor shows
 WIDEST = 100.0  # [rad] of wind-up, beyond which no law passes the torque on
 
 
@@ -37,13 +38,17 @@ class Signals(NamedTuple):
 
 
 class Start(NamedTuple):
-    """How a recording begins: joint angle and speed, motor speed (reflected), joint acceleration, integral part."""
+    """How a recording begins: joint angle and speed, motor speed (reflected), joint acceleration, integral part.
+
+    `shown` says whether the angle is what a sensor showed rather than where the joint is.
+    """
 
     angle: float
     speed: float
     motor_speed: float
     acceleration: float
     integral: float
+    shown: bool = False
 
 
 def start_of(signals: Signals, model: JointModel) -> Start:
@@ -60,7 +65,8 @@ def start_of(signals: Signals, model: JointModel) -> Start:
     state = np.array([angle, speed, 0.0, 0.0])
     measured = np.concatenate([first.position, first.velocity])
     good = np.isfinite(measured)
-    if good[:count].sum() >= 3 and first.t[-1] > first.t[0]:
+    shown = bool(good[:count].sum() >= 3 and first.t[-1] > first.t[0])
+    if shown:
         columns, forced = responses(first, model)
         sensors = model.sensors
         noise = (sensors.position_noise, sensors.motor_velocity_noise)
@@ -73,7 +79,7 @@ def start_of(signals: Signals, model: JointModel) -> Start:
     angle, speed = float(state[0] + state[2]), float(state[1] + state[3])
     pull = 0.0 if rigid else model.plant.stiffness * state[2]
     acceleration = -float(pull + model.plant.damping * speed) / model.plant.output_inertia
-    return Start(angle, speed, float(state[1]), acceleration, integral_of(first, model))
+    return Start(angle, speed, float(state[1]), acceleration, integral_of(first, model), shown)
 
 
 def responses(first: Signals, model: JointModel) -> tuple[Array, Array]:
@@ -131,12 +137,27 @@ def integral_of(first: Signals, model: JointModel) -> float:
 
 def initial_state(model: JointModel, start: Start) -> Array:
     """State (5,) of `model` that begins as `start` says, its spring wound against what resists the output."""
+    if start.shown:
+        start = start._replace(angle=true_angle(model, start.angle))
     if model.structure == "rigid":
         return np.array([start.angle, start.speed, 0.0, 0.0, start.integral])
     plant = plant_at(model, 0.0)
     torque = plant.output_inertia * start.acceleration + plant.damping * start.speed + resistance(model, start)
     windup = windup_at(model, plant, -torque)
     return np.array([start.angle - windup, start.motor_speed, windup, start.speed - start.motor_speed, start.integral])
+
+
+def true_angle(model: JointModel, shown: float) -> float:
+    """Angle at which the sensor of `model` shows the angle `shown`, by steps that each mend what still differs."""
+    m, s, angle = np.zeros(QUANTITIES), np.zeros(STATES), shown
+    errors = [(term_of(use), values_of(use)) for use in model.physics if not use.onset]
+    errors = [(term, values) for term, values in errors if term.place == "position_sensor" and not term.memory]
+    for _ in range(SENSOR_STEPS if errors else 0):
+        m[motion.JOINT_ANGLE] = m[motion.VALUE] = angle
+        for term, values in errors:
+            m[motion.VALUE] = term.law(m, values, s)
+        angle += shown - float(m[motion.VALUE])
+    return angle
 
 
 def recorded_states(model: JointModel, signals: Signals, samples: Sequence[int]) -> Array:

@@ -129,7 +129,8 @@ def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
     ahead = case.stand.lever > 0 and law is not None and law.rate_feedforward != 0
     if not case.stand.sees_speed and not ahead and any(f.term == "controller_derivative" for f in case.findings):
         found.append(UNSEEN_SPEED)
-    if case.stand.lever > 0 and any(name.use.term == "position_gain" for name in case.found):
+    named = {name.use.term for name in case.found} | {finding.term for finding in case.findings}
+    if case.stand.lever > 0 and "position_gain" in named:
         found.append(("position_gain", "velocity_gain"))  # a speed that the law told shows both
     found += [(shift.term, *shift.alike) for shift in lone if shift.alike]
     scaled = lone and case.nominal.structure == "rigid" and not case.nominal.physics

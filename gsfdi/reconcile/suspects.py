@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import JointModel
-from gsfdi.reconcile.bench import drive_gain, starts
+from gsfdi.reconcile.bench import starts
 from gsfdi.reconcile.hand import Round, orthonormal
 from gsfdi.reconcile.law import COARSE, SURE
 from gsfdi.reconcile.noise import effort_floor
@@ -80,12 +80,15 @@ def suspect_drift(first: Round, seen: Sequence[Array]) -> LawFinding | None:
     """Find what of the law makes the told speed drift from that of the positions, where innovations are of no use."""
     if np.all(first.torque < UNUSABLE * first.stand.scales.torque):
         return None
+    there = {use.term for use in first.fitted.model.physics}
     found: LawFinding | None = None
     for record, speed in zip(first.stand.records, seen, strict=True):
         t, drift = drift_of(record, first)
         line = line_over(t)
         drift = beside(line, drift)
-        for term, sensed in off_by(record, first.fitted.model, speed, first.stand.lever).items():
+        parts = off_by(record, first.fitted.model, speed, first.stand.lever)
+        parts["position_gain"] = np.column_stack([-record["position"], 0 * record.t])
+        for term, sensed in ((term, sensed) for term, sensed in parts.items() if term not in there):
             shown = cumulative_trapezoid(sensed[:, 1], record.t, initial=0) / first.stand.scales.turns - sensed[:, 0]
             column = beside(line, np.interp(t, record.t, shown))
             info = max(float(column @ column), 1e-300)
@@ -141,20 +144,17 @@ def valued(term: str, size: float) -> dict[str, float]:
 def columns(first: Round, seen: Sequence[Array]) -> dict[str, Array]:
     """White innovations that each part of the law leaves where it is off, by term, without the sensors' noise.
 
+    That a current on a wrong scale drives the model, too, the torque constant takes over.
+
     `seen` is the speed by stretch (see `speeds`).
     """
     stand, model = first.stand, first.fitted.model
-    drive = drive_gain(model, stand.records[0].effort)
     there = {use.term for use in model.physics}
     found: dict[str, list[Array]] = {}
     for i, (record, speed) in enumerate(zip(stand.records, seen, strict=True)):
+        still = np.zeros((1, len(record.t), stand.system.Bt.shape[1]))
         for term, sensed in off_by(record, model, speed, stand.lever).items():
-            torque = np.zeros((1, len(record.t), stand.system.Bt.shape[1]))
-            if term == "current_gain":  # that sensor drives the model, too
-                torque[0, :, 0] = sensed[:, 1] / stand.lever * drive
-            shown = respond(
-                stand.system, stand.gain, np.nan_to_num(torque), np.nan_to_num(sensed)[None], stand.steps[i]
-            )
+            shown = respond(stand.system, stand.gain, still, np.nan_to_num(sensed)[None], stand.steps[i])
             shown[:, ~stand.present[i]] = np.nan
             found.setdefault(term, []).append(first.tools[i](shown)[0] * stand.awake(i))
     return {term: np.concatenate(parts) for term, parts in found.items() if term not in there}
@@ -171,7 +171,7 @@ def off_by(record: JointRecord, model: JointModel, speed: Array, lever: float) -
         "controller_integral": law.integral * cumulative_trapezoid(error, t, initial=0),
         "controller_derivative": law.derivative * (law.rate_feedforward * setpoint_rate(record) - speed),
     }
-    parts["current_gain"] = np.sum(list(parts.values()), axis=0)
+    parts["current_gain"] = record[record.effort]  # with the constant that the integral began with
     parts["derivative_delay"] = -law.derivative * np.gradient(speed, t)
     parts["timestamp_latency"] = law.proportional * speed + law.integral * (position - position[0])
     before = {"timestamp_latency": -speed}

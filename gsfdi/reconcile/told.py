@@ -9,6 +9,7 @@ gearbox (a damping gained 10 in log-likelihood at the median of fault-free joint
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import prod
 
 import numpy as np
 
@@ -73,11 +74,12 @@ def told(records: Sequence[JointRecord], model: JointModel) -> Told | None:
     flexible = model.structure == "flexible"
     turns = model.plant.gear_ratio if flexible else 1.0
     speeds = []
+    scale = prod(use.values["ratio"] for use in model.physics if use.term == "position_gain")
     for record in records:
         sheet = sheet_of(record, model, model.controller)
         if sheet is None:
             return None
-        speeds.append(turns * speed_of(record, sheet, model.controller.derivative))
+        speeds.append(turns * speed_of(record, sheet, model.controller.derivative, scale))
     lever = turns / model.controller.derivative
     ratio = model.plant.gear_ratio / turns  # of the motor's speed to the one that the model senses
     own, times = model.sensors.motor_velocity_noise / ratio, [record.t for record in records]
@@ -90,14 +92,17 @@ def told(records: Sequence[JointRecord], model: JointModel) -> Told | None:
     return Told(full, replace(model, sensors=sensors), lever)
 
 
-def speed_of(record: JointRecord, sheet: Sheet, derivative: float) -> Array:
-    """Speed of the joint's side of the gear [rad/s] that the law tells, on average that of the positions."""
+def speed_of(record: JointRecord, sheet: Sheet, derivative: float, scale: float = 1.0) -> Array:
+    """Speed of the joint's side of the gear [rad/s] that the law tells, on average that of the positions.
+
+    Positions are `scale` times what they should be.
+    """
     speed = (commanded(sheet, ()) - sheet.braking - sheet.effort) / derivative
     speed = np.where(sheet.unheld, np.nan, speed)
     whole = np.full(len(record.t), np.nan)
     whole[np.searchsorted(record.t, sheet.t)] = speed
     good = np.isfinite(record["position"])
-    slope = np.gradient(np.interp(record.t, record.t[good], record["position"][good]), record.t)
+    slope = np.gradient(np.interp(record.t, record.t[good], record["position"][good]), record.t) / scale
     return whole - float(np.nanmean(whole - slope))
 
 

@@ -1,5 +1,6 @@
 """The verdict: what was named, and what remains of the mismatch."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -22,8 +23,12 @@ NOISY = 3.0
 """How many times the torque noise that is known to be there may remain: what is found is told in such steps."""
 AS_MUCH = 2.0
 """What may remain, over what a simulated twin leaves, before a mismatch is seen in it."""
+AT_BOUND = 1e-6
+"""Distance from the end of what is plausible, as a share of a number's step, at which it ended there."""
 APART = 0.03
 """Share of the time by which two things set in apart from each other."""
+SERIES = 3
+"""Waves or bumps of one kind that draw whatever depends on the angle, as the terms of a series do."""
 CONSTANTS = ("torque_constant_change", "torque_constant_drift", "current_gain")
 """Terms that each say how much torque an ampere makes."""
 
@@ -54,10 +59,23 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     piled = [name.use.term for name in case.found if name.use.term in CONSTANTS]
     onsets = [name.use.onset for name in case.found if name.use.onset is not None]
     scattered = len(onsets) > 1 and max(onsets) - min(onsets) > APART * case.stand.scales.seconds
-    if len(piled) > 1 or scattered:
+    if len(piled) > 1 or scattered or is_series(case):
         # a motor whose constant changes twice has another law than any of these, and so has a joint in which one
         # thing after another sets in within one recording
         return "partly_explained"
     if left <= REMAINS or near_noise or not (case.found or material):
         return "explained"
     return "partly_explained" if left < PARTLY else "unexplained"
+
+
+def is_series(case: Case) -> bool:
+    """Whether so many terms of one kind were found, one of them as far from its own shape as it may go."""
+    counts = Counter(name.use.term for name in case.found)
+    series = {term for term, count in counts.items() if count >= SERIES}
+    fitted = case.hand.fitted
+    return any(
+        knob.place >= 0
+        and fitted.model.physics[knob.place].term in series
+        and min(value - knob.low, knob.high - value) < AT_BOUND * knob.scale
+        for knob, value in zip(fitted.knobs, fitted.values, strict=True)
+    )
