@@ -101,6 +101,7 @@ def sheet_of(
     rate = setpoint_rate(record)
     ahead = np.nan_to_num(record[f"{record.effort}_feedforward"]) if f"{record.effort}_feedforward" in record else 0 * t
     error = record["setpoint"] - position
+    error[~good] = np.interp(t[~good], t[good], error[good])  # a lost row's setpoint is on a line, its position is not
     growth = np.concatenate([[0.0], 0.5 * (error[1:] + error[:-1]) * np.diff(t)]) * law.integral
     parts = {
         "proportional": law.proportional * error,
