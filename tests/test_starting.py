@@ -57,3 +57,16 @@ def test_the_spring_is_wound_against_what_resists() -> None:
     assert 130000.0 * windup * (1 + 1e8 * windup**2) == pytest.approx(13.0)
     hanging = replace(ERA, physics=(TermUse("gravity_unbalance", {"torque_nm": 40.0, "angle_rad": 0.0}),))
     assert initial_state(hanging, start)[2] == pytest.approx((13.0 - 40.0 * np.sin(0.3)) / 130000.0)
+
+
+def test_a_wrong_sensor_is_seen_through_where_the_angle_is_what_it_showed() -> None:
+    long = replace(ERA, physics=(TermUse("position_gain", {"ratio": 1.06}),))
+    wavy = replace(
+        ERA, physics=(TermUse("encoder_eccentricity", {"amplitude_rad": 0.01, "order": 3.0, "phase_rad": 0.2}),)
+    )
+    shown = start_of(steady(), ERA)
+    assert shown.shown
+    assert initial_state(long, shown)[0] == pytest.approx(shown.angle / 1.06)
+    angle = initial_state(wavy, shown)[0]
+    assert angle + 0.01 * np.sin(3.0 * angle + 0.2) == pytest.approx(shown.angle)
+    assert initial_state(long, Start(0.3, 0.0, 0.0, 0.0, 0.0))[0] == 0.3

@@ -60,6 +60,15 @@ def test_a_gain_is_known_to_a_fraction_of_a_thousandth(name: str) -> None:
     assert entry["parameters"]["ratio"]["value"] == pytest.approx(0.98, abs=2e-3)
 
 
+@pytest.mark.parametrize(("name", "ratio"), [("position_gain", 1.06), ("current_gain", 1.03)])
+def test_a_sensors_scale_is_no_gain_of_the_law(name: str, ratio: float) -> None:
+    answer = answered(TermUse(name, {"ratio": ratio}))
+    first = answer.omitted_physics[0]
+    assert first["term"] == name
+    assert first["parameters"]["ratio"]["value"] == pytest.approx(ratio, abs=1e-3)
+    assert not any(entry["term"].startswith("controller_") for entry in answer.omitted_physics)
+
+
 def test_a_bias_of_the_current_is_dated_although_no_speed_is_logged() -> None:
     answer = answered(TermUse("current_bias", {"bias_a": 2e-3}, None, 25.0))
     (entry,) = answer.omitted_physics

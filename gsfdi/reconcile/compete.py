@@ -51,7 +51,10 @@ CLEAR = 2.0
 SETTLED = 4
 """Finalists that are settled at most."""
 TRIVIAL = 0.02
-"""Share of the missing torque below which no further term is looked for."""
+"""Share of the missing torque below which a further term is looked for only where regression promises it its bar.
+
+A second effect may be felt plainly beside one that is a hundred times as large.
+"""
 MAIN = 3
 """Terms that must account for most of what is missing before a further one may join."""
 DETAIL = 0.2
@@ -123,14 +126,15 @@ def rounds(
     """
     floor, hand = effort_floor(first.stand), first
     contests: list[Contest] = []
+    left = 1.0
     while True:
-        contest, settled = contend(hand, shelf_terms, floor, given)
+        contest, settled = contend(hand, shelf_terms, floor, given, LEAST if left < TRIVIAL else 0.0)
         contests.append(contest)
         if settled is None:
             return first, hand, contests
         hand = simplified(settled, given)
         left = missing(hand, floor) / max(missing(first, floor), 1e-300)
-        if len(contests) >= most or left < TRIVIAL or (len(contests) >= MAIN and left > DETAIL):
+        if len(contests) >= most or (len(contests) >= MAIN and left > DETAIL):
             return first, hand, contests
 
 
@@ -221,15 +225,17 @@ def always(hand: Round, place: int) -> Fitted:
 
 
 def contend(
-    hand: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array, given: int
+    hand: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array, given: int, promised: float = 0.0
 ) -> tuple[Contest, Round | None]:
     """Hold one round: screen every offer, refit the finalists, settle the best, and test the winner against luck.
 
     While much is missing every term is judged under a large noise, where the true one is hardly better than its
-    likes. So the best few are settled each under the noise that suits it, and the likeliest wins.
+    likes. So the best few are settled each under the noise that suits it, and the likeliest wins. Only what regression
+    promises at least `promised` may compete.
     """
     screening = screen(hand, all_offers(hand, shelf_terms, given))
-    ranked = credible(hand, screening, refits(hand, finalists_of(screening.entries)))
+    able = [entry for entry in screening.entries if entry.linear >= promised]
+    ranked = credible(hand, screening, refits(hand, finalists_of(able)))
     trials = len(screening.information)
     ranked = [fairly(hand, e, shelf_terms) if merit(e) > LEAST else e for e in ranked]
     ranked.sort(key=merit, reverse=True)

@@ -17,6 +17,11 @@ DELAYS = ("actuation_delay", "timestamp_latency")
 """What parts effort and motion in time: where no law ties a third to them, nobody knows which is late."""
 SCALE = ("torque_constant_change", "output_inertia_change")
 """What makes a rigid joint answer more to the same effort."""
+UNSEEN = 2 * LEAST
+"""Log-likelihood that parameters must gain where neither a speed nor a law is known.
+
+The noise of the effort is in what drives the model then, and fault-free joints gained up to 24.
+"""
 APART = 3.0
 """Log-likelihood by which one parameter moved alone must beat another to be told from it."""
 SOLE = 12.0
@@ -105,7 +110,8 @@ def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
     doubted = case.settled.model.trust  # what the model itself calls uncertain is free to move
     names = {k.name for k in case.first.fitted.knobs if k.place == -1 and k.name in TERM_OF} - doubted.keys()
     nominal = {name: float(getattr(plant, name)) for name in sorted(names)}
-    if not nominal or all_kept(case.first, nominal) < LEAST:
+    unseen = case.settled.law is None and not case.stand.sees_speed
+    if not nominal or all_kept(case.first, nominal) < (UNSEEN if unseen else LEAST):
         return [], moved
     alone = lone_changes(case.first, nominal)
     cost, shift = alone[0]

@@ -10,6 +10,7 @@ from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.enough import is_blind
 from gsfdi.reconcile.hand import is_sensor
 from gsfdi.reconcile.judge import torque_left, white_left
+from gsfdi.reconcile.parameters import TERM_OF
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.twin import left_by_twin
 
@@ -29,8 +30,8 @@ APART = 0.03
 """Share of the time by which two things set in apart from each other."""
 SERIES = 3
 """Waves or bumps of one kind that draw whatever depends on the angle, as the terms of a series do."""
-CONSTANTS = ("torque_constant_change", "torque_constant_drift", "current_gain")
-"""Terms that each say how much torque an ampere makes."""
+PLANT = {*TERM_OF.values(), "torque_constant_drift", "current_gain"}
+"""Terms that each say of a number of the linear plant that it is far from what the model has."""
 
 
 def left_of(case: Case) -> float:
@@ -56,12 +57,12 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
         if material and remains > AS_MUCH * left_by_twin(case.first, case.nominal):
             return "unexplained"
         return "not_enough_data" if is_blind(case.first) else "no_mismatch"
-    piled = [name.use.term for name in case.found if name.use.term in CONSTANTS]
+    piled = [name.use.term for name in case.found if name.use.term in PLANT]
     onsets = [name.use.onset for name in case.found if name.use.onset is not None]
     scattered = len(onsets) > 1 and max(onsets) - min(onsets) > APART * case.stand.scales.seconds
     if len(piled) > 1 or scattered or is_series(case):
-        # a motor whose constant changes twice has another law than any of these, and so has a joint in which one
-        # thing after another sets in within one recording
+        # a joint of which two numbers are far off at once has another law than any of these, and so has one in which
+        # one thing after another sets in within one recording
         return "partly_explained"
     if left <= REMAINS or near_noise or not (case.found or material):
         return "explained"
