@@ -93,15 +93,18 @@ class Name:
 
 
 def inflation(hand: Round) -> float:
-    """How much less the data say than white innovations would: robust over plain variance of the knobs, at least 1."""
+    """How much less the data say than white innovations would, at the median of the knobs, at least 1."""
+    return float(max(1.0, np.median(inflations_of(hand)))) if hand.fitted.knobs else 1.0
+
+
+def inflations_of(hand: Round) -> Array:
+    """Robust over plain variance of every knob."""
     fitted = hand.fitted
-    if not fitted.knobs:
-        return 1.0
     J, scale = fitted.jacobian, np.array([knob.scale for knob in fitted.knobs])
     belief = np.array([0.0 if k.prior is None else (k.scale / k.doubt) ** 2 for k in fitted.knobs])
     plain = np.diag(np.linalg.pinv(J.T @ J + np.diag(belief), hermitian=True)) * scale**2
     robust = np.diag(spread_of(fitted, hand.stand.blocks()))
-    return float(max(1.0, np.median(robust / np.maximum(plain, 1e-300))))
+    return np.asarray(robust / np.maximum(plain, 1e-300))
 
 
 def alike(hand: Round, one: TermUse, other: TermUse) -> bool:
@@ -168,13 +171,27 @@ def names(
         found.append(Name(use, float(weights[0] + sum(same)), 0.0, {}, others))
         place += 1
     hand = freed(hand)
-    found = _with_intervals(hand, given, found)
-    for i, name in enumerate(found):
-        if is_nothing(name, shelf_terms[name.use.term]):
-            bare = without(hand, given + i)
-            if bare.cost - hand.fitted.cost < WITHIN * inflation(hand):
-                return names(around(hand, bare), given, contests, shelf_terms)
+    bares = [without(hand, given + i) for i in range(len(found))]
+    found = _with_intervals(hand, given, found, bares)
+    for i, (name, bare) in enumerate(zip(found, bares, strict=True)):
+        if bare.cost - hand.fitted.cost < needless(hand, given + i, name, shelf_terms[name.use.term], len(found) > 1):
+            return names(around(hand, bare), given, contests, shelf_terms)
     return hand, found
+
+
+def needless(hand: Round, place: int, name: Name, term: PhysicsTerm, beside: bool) -> float:
+    """Log-likelihood below which a named term is not needed, `beside` others or alone.
+
+    What is left is seldom white. A term that suits a few moments of it gains by them what its size, judged over the
+    whole recording, does not bear out.
+    """
+    least = WITHIN * inflation(hand) if is_nothing(name, term) else 0.0
+    sizes = [
+        times
+        for knob, times in zip(hand.fitted.knobs, inflations_of(hand), strict=True)
+        if knob.place == place and knob.name == term.params[0].name
+    ]
+    return max(least, *(WITHIN * times for times in sizes)) if beside and sizes else least
 
 
 def is_nothing(name: Name, term: PhysicsTerm) -> bool:
@@ -260,10 +277,10 @@ def _contest_of(use: TermUse, contests: Sequence[Contest]) -> Contest | None:
     return None
 
 
-def _with_intervals(hand: Round, given: int, found: Sequence[Name]) -> list[Name]:
-    """Add to each name the 95 % intervals of its numbers, and its share of the mismatch."""
+def _with_intervals(hand: Round, given: int, found: Sequence[Name], bares: Sequence[Fitted]) -> list[Name]:
+    """Add to each name the 95 % intervals of its numbers, and its share of the mismatch: what goes without it."""
     spread = np.sqrt(np.diag(spread_of(hand.fitted, hand.stand.blocks()))) if hand.fitted.knobs else np.zeros(0)
-    gains = [without(hand, given + i).cost - hand.fitted.cost for i in range(len(found))]
+    gains = [bare.cost - hand.fitted.cost for bare in bares]
     whole = sum(max(g, 0.0) for g in gains) or 1.0
     done = []
     for i, name in enumerate(found):
