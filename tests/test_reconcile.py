@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from joints import without_speed
+from joints import MODEL, without_speed
 from rigid import JOINT as NOMINAL
 
 from gsfdi.fit import Knob
@@ -18,7 +18,7 @@ from gsfdi.reconcile.clean import learn_law
 from gsfdi.reconcile.compete import Contest, opening
 from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.dating import middle
-from gsfdi.reconcile.finalists import is_at_bound
+from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
 from gsfdi.reconcile.gaps import at_corners
 from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing, least_share
 from gsfdi.reconcile.lagging import kinematic_lag
@@ -28,6 +28,7 @@ from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.turning import DOUBT, spread_of
+from gsfdi.reconcile.verdict import is_series
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -110,6 +111,42 @@ def test_two_effects_at_once_are_both_named_and_nothing_besides() -> None:
     both = (TermUse("coulomb_friction", {"torque_nm": 0.4}), TermUse("cogging", COGGING))
     answer = reconcile([simulate_record(replace(NOMINAL, physics=both), seed=1, duration=90.0)], NOMINAL)
     assert {entry["term"] for entry in answer.omitted_physics} == {"coulomb_friction", "cogging"}
+
+
+def test_a_second_effect_is_named_beside_one_that_is_a_hundred_times_as_large() -> None:
+    both = (
+        TermUse("constant_load", {"torque_nm": 4.5}, "output"),
+        TermUse("gearbox_damping", {"coefficient_nms_rad": 900.0}),
+    )
+    answer = reconcile([simulate_record(replace(MODEL, physics=both), seed=1, duration=60.0)], MODEL)
+    assert {entry["term"] for entry in answer.omitted_physics} == {"constant_load", "gearbox_damping"}
+
+
+def entered(term: str, onset: float | None, linear: float) -> Entry:
+    """One that regression promises so much."""
+    return Entry(Offer(term, None, ({"torque_nm": 1.0},), lambda c: None), onset, np.ones(1), linear)
+
+
+def test_a_term_from_the_start_competes_wherever_it_may_set_in() -> None:
+    others = [entered(f"term_{i}", None, 50.0 - i) for i in range(FINALISTS - 1)]
+    later, always, last = (
+        entered("constant_load", 3.0, 30.0),
+        entered("constant_load", None, 2.0),
+        entered("x", None, 1.0),
+    )
+    competing = [(entry.offer.term, entry.onset) for entry in finalists_of([*others, later, always, last])]
+    assert competing[-2:] == [("constant_load", None), ("constant_load", 3.0)]
+    assert len(competing) == FINALISTS + 1
+
+
+@pytest.mark.parametrize(("count", "order", "series"), [(3, 2.97, True), (3, 2.99, False), (2, 2.97, False)])
+def test_many_like_waves_at_the_end_of_what_they_may_be_draw_a_curve(count: int, order: float, series: bool) -> None:
+    waves = [SimpleNamespace(term="cogging")] * count
+    knobs = [Knob(i, "order", 0.01, 2.97, 3.03) for i in range(count)]
+    fitted = SimpleNamespace(knobs=knobs, values=[3.0] * (count - 1) + [order], model=SimpleNamespace(physics=waves))
+    found = [SimpleNamespace(use=wave) for wave in waves]
+    case = SimpleNamespace(found=found, hand=SimpleNamespace(fitted=fitted))
+    assert is_series(case) is series  # type: ignore[arg-type]
 
 
 def test_a_lubricant_that_yields_shapes_the_friction_that_is_there() -> None:

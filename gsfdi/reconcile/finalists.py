@@ -18,6 +18,7 @@ from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.types import Array
 
 FINALISTS = 8
+"""Entries that are refitted, besides those that only come before another form of their term."""
 KNOB_COST = 4.0
 """Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""
 CHANCE = 0.005
@@ -51,8 +52,9 @@ def finalists_of(entries: Sequence[Entry]) -> list[Entry]:
     always = {(e.offer.term, e.offer.side): e for e in every if e.onset is None}
     found: list[Entry] = []
     for entry in every[:FINALISTS]:
-        same = always.get((entry.offer.term, entry.offer.side))
-        found += [e for e in (same, entry) if e is not None and not any(e is other for other in found)]
+        for one in (always.get((entry.offer.term, entry.offer.side), entry), entry):
+            if not any(one is other for other in found):
+                found.append(one)
     return found
 
 

@@ -87,7 +87,7 @@ def suspect_drift(first: Round, seen: Sequence[Array]) -> LawFinding | None:
         line = line_over(t)
         drift = beside(line, drift)
         parts = off_by(record, first.fitted.model, speed, first.stand.lever)
-        parts["position_gain"] = np.column_stack([-record["position"], 0 * record.t])
+        parts["position_gain"] = np.column_stack([-position_of(record), 0 * record.t])
         for term, sensed in ((term, sensed) for term, sensed in parts.items() if term not in there):
             shown = cumulative_trapezoid(sensed[:, 1], record.t, initial=0) / first.stand.scales.turns - sensed[:, 0]
             column = beside(line, np.interp(t, record.t, shown))
@@ -144,9 +144,8 @@ def valued(term: str, size: float) -> dict[str, float]:
 def columns(first: Round, seen: Sequence[Array]) -> dict[str, Array]:
     """White innovations that each part of the law leaves where it is off, by term, without the sensors' noise.
 
-    That a current on a wrong scale drives the model, too, the torque constant takes over.
-
-    `seen` is the speed by stretch (see `speeds`).
+    `seen` is the speed by stretch (see `speeds`). That a current on a wrong scale drives the model, too, the torque
+    constant takes over.
     """
     stand, model = first.stand, first.fitted.model
     there = {use.term for use in model.physics}
@@ -162,9 +161,8 @@ def columns(first: Round, seen: Sequence[Array]) -> dict[str, Array]:
 
 def off_by(record: JointRecord, model: JointModel, speed: Array, lever: float) -> dict[str, Array]:
     """Errors ``(n, 2)`` of position and told speed by what is wrong of the law, per unit of it."""
-    law, t, present = model.controller, record.t, np.isfinite(record["position"])
+    law, t, position = model.controller, record.t, position_of(record)
     assert law is not None
-    position = np.interp(t, t[present], record["position"][present])
     error = record["setpoint"] - position
     parts = {
         "controller_proportional": law.proportional * error,
@@ -176,6 +174,12 @@ def off_by(record: JointRecord, model: JointModel, speed: Array, lever: float) -
     parts["timestamp_latency"] = law.proportional * speed + law.integral * (position - position[0])
     before = {"timestamp_latency": -speed}
     return {term: np.column_stack([before.get(term, 0 * t), lever * part]) for term, part in parts.items()}
+
+
+def position_of(record: JointRecord) -> Array:
+    """Recorded position, on lines where samples are lost."""
+    present = np.isfinite(record["position"])
+    return np.interp(record.t, record.t[present], record["position"][present])
 
 
 def speeds(first: Round) -> list[Array]:
