@@ -19,7 +19,7 @@ from gsfdi.reconcile.compete import Contest, opening
 from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.dating import middle
 from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
-from gsfdi.reconcile.gaps import at_corners
+from gsfdi.reconcile.gaps import at_corners, stretches
 from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing, least_share
 from gsfdi.reconcile.lagging import kinematic_lag
 from gsfdi.reconcile.law import check_law
@@ -27,6 +27,7 @@ from gsfdi.reconcile.offer import SHARE, Offer
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
+from gsfdi.reconcile.sheet import sheet_of
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.verdict import is_series
 from gsfdi.reconcile.window import dating_window, typical_window
@@ -294,6 +295,16 @@ def test_no_law_is_held_against_the_slope_of_a_setpoint_beside_lost_samples() ->
     assert found is not None
     assert found.findings == ()
     assert found.after < 1.1 * NOMINAL.sensors.effort_noise
+
+
+def test_the_integral_sweeps_a_lost_error_between_its_neighbours() -> None:
+    t, law = np.arange(500) / 100.0, NOMINAL.controller
+    assert law is not None
+    channels = {"setpoint": 0.5 * t**2, "position": 0.5 * t**2 - 1e-3, NOMINAL.effort: np.sin(t)}
+    (stretch,) = stretches(lossy(JointRecord("arm", "J", 0, t, channels)), 0.01, 1.0)
+    sheet = sheet_of(stretch, NOMINAL, law)
+    assert sheet is not None
+    assert np.ptp(sheet.parts["integral"]) == pytest.approx(law.integral * 1e-3 * np.ptp(sheet.t), rel=1e-6)
 
 
 def test_a_law_is_learnt_beside_lost_samples() -> None:
