@@ -205,6 +205,11 @@ class PhysicsTerm:
         """
         return next((param for param in self.params if param.unit == "1/rev"), None)
 
+    @property
+    def frequency(self) -> Param | None:
+        """Natural frequency, which makes the term a resonance."""
+        return next((param for param in self.params if param.unit == "Hz"), None)
+
     def param(self, name: str) -> Param:
         """Find the parameter called `name`, in its rotary or its linear spelling."""
         return next(param for param in self.params if name in (param.name, linear_name(param.name)))

@@ -11,6 +11,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.hand import NEARLY, Round, is_sensor, settle, with_term
 from gsfdi.reconcile.knobs import plausible
+from gsfdi.reconcile.modes import SLOWEST, fastest
 from gsfdi.reconcile.offering import MATERIAL
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, likeliest, onset_cost, refined_onset
@@ -33,6 +34,8 @@ SHAPES = ("plain", "follower")
 """Kinds of numbers that shape a term: neither phases nor lever arms."""
 FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
 """Times its value at which a number that shapes a term is tried once the term is settled."""
+PITCHES = 14
+"""Frequencies at which a resonance is tried anew."""
 
 
 def distinct(entries: Sequence[Entry], most: int, onsets: bool = True) -> list[Entry]:
@@ -171,8 +174,24 @@ def settled_onset(hand: Round, floor: Array) -> Round:
     return settle(hand.stand, fitted.model, fitted.knobs, floor)
 
 
+def retuned(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
+    """Try the last term's resonance at every other pitch under the noise that now suits it.
+
+    Under a larger one any mode that is faster than the motion is an inertia.
+    """
+    if term.frequency is None or np.all(hand.torque < NEARLY * floor):
+        return hand
+    best, place = hand.fitted, len(hand.fitted.model.physics) - 1
+    knob = next(knob for knob in best.knobs if (knob.place, knob.name) == (place, term.frequency.name))
+    for frequency in np.geomspace(SLOWEST, fastest(hand.stand), PITCHES):
+        trial = fit_knobs(hand.misfit, knob.turn(hand.fitted.model, frequency), best.knobs, 3)
+        best = min(best, trial, key=lambda one: one.cost)
+    return hand if best.cost > hand.fitted.cost - KNOB_COST else settle(hand.stand, best.model, best.knobs, floor)
+
+
 def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
     """Try the last term's shape at other scales under the noise that now suits it, which slopes do not reach."""
+    hand = retuned(hand, term, floor)
     if np.all(hand.torque < NEARLY * floor):
         return hand  # nothing is missing
     model = hand.fitted.model

@@ -60,7 +60,7 @@ class Offer:
 
 
 def offers(
-    term: PhysicsTerm, scales: Scales, orders: Mapping[str, Sequence[float]], share: float = SHARE
+    term: PhysicsTerm, scales: Scales, worthy: Mapping[str, Sequence[float]], share: float = SHARE
 ) -> Iterator[Offer]:
     """Every form in which `term` is to be tried.
 
@@ -68,23 +68,23 @@ def offers(
     ----------
     term : PhysicsTerm
     scales : Scales
-    orders : mapping of str to sequence of float
-        Orders worth trying for the terms that are waves.
+    worthy : mapping of str to sequence of float
+        Orders worth trying for the terms that are waves, frequencies for those that are resonances.
     share : float
         Share of what is usual at which a number that sizes the term is tried.
     """
     for side in term.sides or (None,):
-        for columns, mix in _forms(term, scales, orders.get(term.name, ()), share):
+        for columns, mix in _forms(term, scales, worthy.get(term.name, ()), share):
             yield Offer(term.name, side, columns, mix, sets_in=term.sets_in)
 
 
-def _forms(term: PhysicsTerm, scales: Scales, orders: Sequence[float], share: float) -> Iterator[Form]:
+def _forms(term: PhysicsTerm, scales: Scales, worthy: Sequence[float], share: float) -> Iterator[Form]:
     """Columns and mix for every point of the grid on which the numbers stand that enter non-linearly."""
     trials = {param.name: param.trials(scales) for param in term.params if param.trials is not None}
     if not all(trials.values()):
         return
-    if term.order is not None:
-        trials[term.order.name] = orders
+    for searched in filter(None, (term.order, term.frequency)):
+        trials[searched.name] = worthy
     ends = {param.name: trials.pop(param.name) for param in term.params if param.kind == "arm"}
     size = next((p for p in term.params if p.neutral is not None and p.trials is None), None)
     small = {param.name: _small(param, scales, share) for param in term.params if param is size or param.linear}

@@ -9,6 +9,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.doubted import moot_terms
 from gsfdi.reconcile.hand import Round
+from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.surplus import lowered
 from gsfdi.reconcile.waves import worthy_orders
@@ -51,13 +52,13 @@ def share_to_try(hand: Round) -> float:
 def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) -> list[Offer]:
     """Every offer of every term that could act in this joint, show beside its recorded effort, and is not there yet."""
     stand = hand.stand
-    orders = worthy_orders(hand)
+    worthy = {**worthy_orders(hand), **worthy_frequencies(hand)}
     names = {use.term for use in hand.fitted.model.physics}
     found = [
         offer
         for term in shelf_terms.values()
         if stand.model.structure in term.structures and stand.model.axis in term.axes and names.issuperset(term.beside)
-        for offer in offers(term, stand.scales, orders, share_to_try(hand))
+        for offer in offers(term, stand.scales, worthy, share_to_try(hand))
     ]
     if stand.model.structure == "rigid":
         found = [replace(o, side=None) for o in found if o.side != "motor"]

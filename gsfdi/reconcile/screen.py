@@ -273,11 +273,11 @@ def likeliest(hand: Round, model: JointModel, name: str, values: Sequence[float]
 
 
 def tuned(hand: Round, entry: Entry, values: Mapping[str, float]) -> Mapping[str, float]:
-    """Find a mode's frequency on an ever finer grid: a resonance is far narrower than the grid that offers stand on."""
+    """Find a mode's frequency on an ever finer grid: a resonance is narrower than the one that offers stand on."""
     if "frequency_hz" not in values:
         return values
-    ratio = 1.6
-    for _ in range(3):
+    ratio = 1.1
+    for _ in range(2):
         span = values["frequency_hz"] * ratio ** np.linspace(-1, 1, 13)
         trials = [{**values, **within(entry.offer.term, {"frequency_hz": f})} for f in span]
         moved = hand.misfit([with_term(hand.fitted.model, entry.offer.use(v, entry.onset)) for v in trials])

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from gsfdi.motion import JOINT_ANGLE, SPEED, STEP, Param, PhysicsTerm, Vector
 
 
@@ -49,7 +47,6 @@ TERM = PhysicsTerm(
             low=0.01,
             high=1e3,
             typical=2.0,
-            trials=lambda s: list(np.geomspace(0.5, 0.2 / s.period, 9)),
             plausible=lambda s, frequency: (0.1, 0.25 / s.period),
         ),
         Param(

@@ -1,0 +1,34 @@
+"""Appendages that swing: the pull of one by linear theory, and finding it wherever its narrow resonance lies."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rigid import JOINT
+
+from gsfdi.model import TermUse
+from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.modes import DAMPING, pull
+from gsfdi.simulate import simulate_record
+
+
+@pytest.mark.parametrize("frequency", [0.5, 2.0, 7.0])
+def test_an_appendage_pulls_as_den_hartog_has_it(frequency: float) -> None:
+    t = np.arange(0, 200, 0.01)
+    s, omega = 2j * np.pi * 1.5, 2 * np.pi * frequency
+    drag = 2 * DAMPING * omega * s
+    expected = (np.exp(s * t) * s * (omega**2 + drag) / (s**2 + drag + omega**2)).imag
+    late = t > 150
+    found = pull(np.sin(2 * np.pi * 1.5 * t), frequency, 0.01)
+    np.testing.assert_allclose(found[late], expected[late], atol=0.02 * np.abs(expected[late]).max())
+
+
+@pytest.mark.parametrize(("frequency", "share"), [(0.7, 0.005), (1.02, 0.01), (4.3, 0.05)])
+def test_a_light_appendage_is_found_wherever_it_rings(frequency: float, share: float) -> None:
+    inertia = share * JOINT.plant.output_inertia
+    use = TermUse("structural_mode", {"inertia_kg_m2": inertia, "frequency_hz": frequency, "damping_ratio": 0.01})
+    answer = reconcile([simulate_record(replace(JOINT, physics=(use,)), seed=3, duration=60.0)], JOINT)
+    (entry,) = answer.omitted_physics
+    assert entry["term"] == "structural_mode"
+    assert entry["parameters"]["frequency_hz"]["value"] == pytest.approx(frequency, rel=0.01)
+    assert entry["parameters"]["inertia_kg_m2"]["value"] == pytest.approx(inertia, rel=0.1)
