@@ -307,6 +307,20 @@ def test_the_integral_sweeps_a_lost_error_between_its_neighbours() -> None:
     assert np.ptp(sheet.parts["integral"]) == pytest.approx(law.integral * 1e-3 * np.ptp(sheet.t), rel=1e-6)
 
 
+@pytest.mark.parametrize("share", [0.6, 0.75])
+def test_a_limit_is_found_to_the_sample_beside_lost_samples(share: float) -> None:
+    limit = share * float(np.max(np.abs(recorded(NOMINAL)["drive_torque"])))
+    held = replace(NOMINAL, physics=(TermUse("current_limit", {"limit_a": limit}),))
+    record = recorded(held)
+    keep = np.random.default_rng(3).random(len(record.t)) > 0.04
+    channels = {name: record[name][keep] for name in record.channels}
+    found = check_law(bench([replace(record, t=record.t[keep], channels=channels, valid={})], NOMINAL).records, NOMINAL)
+    assert found is not None
+    assert [f.term for f in found.findings] == ["current_limit"]
+    assert found.findings[0].values["limit_a"] == pytest.approx(limit, abs=NOMINAL.sensors.effort_noise)
+    assert found.after < 1.05 * NOMINAL.sensors.effort_noise
+
+
 def test_a_law_is_learnt_beside_lost_samples() -> None:
     unknown, law = replace(NOMINAL, controller=None), NOMINAL.controller
     learnt = learn_law(bench([lossy(recorded(NOMINAL))], unknown).records, unknown)

@@ -139,12 +139,13 @@ def names(
     hand = dated(pruned(hand, given, shelf_terms), given)
     found: list[Name] = []
     place = given
-    swaps = 0
+    swaps, former = 0, dict[tuple[str, str | None], TermUse]()
     while place < len(hand.fitted.model.physics):
         use = hand.fitted.model.physics[place]
         contest = _contest_of(use, contests)
-        rows = rivals(hand, place, given, contest, shelf_terms) if contest is not None else []
-        temper = inflation(hand) + ALIKE * max(without(hand, place).cost - hand.fitted.cost, 0.0)
+        gain = max(without(hand, place).cost - hand.fitted.cost, 0.0)
+        rows = rivals(hand, place, given, contest, shelf_terms, gain, former) if contest is not None else []
+        temper = inflation(hand) + ALIKE * gain
         odds = [
             merit / (TWIN if alike(hand, use, f.model.physics[-1]) else temper)
             + _prior(f.model.physics[-1], shelf_terms, hand)
@@ -153,6 +154,7 @@ def names(
         own = _prior(use, shelf_terms, hand)
         if odds and max(odds) > own + 0.1 and swaps < 3:
             better = rows[int(np.argmax(odds))][1]
+            former[use.term, use.side] = use
             hand, swaps = there_all_along(around(hand, better), given), swaps + 1
             if not alike(hand, use, better.model.physics[-1]):  # the others were held beside another model
                 place, found = given, []

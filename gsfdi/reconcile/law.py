@@ -19,15 +19,15 @@ from gsfdi.reconcile.sheet import (
     LawFinding,
     Log,
     Sheet,
+    against,
     centred,
     columns_of,
-    commanded,
-    free_of,
+    level,
     misfits,
     scaled,
     younger,
 )
-from gsfdi.types import JointRecord
+from gsfdi.types import Array, JointRecord
 
 COARSE = 0.003
 """Share of the effort below which a misfit of the law is how it was sampled and held rather than what it is."""
@@ -83,6 +83,8 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
 
 SURE = 25.0
 """Log-likelihood that a finding must gain."""
+HARDLY = 10.0
+"""Log-likelihood by which a plateau that is drawn less tightly must suit the law better."""
 SOON = 0.005
 """Ticks below which a delay is how samples were read and held."""
 LEFT = 0.7
@@ -121,13 +123,15 @@ def _believable(held: Held, noise: float, measured: bool) -> list[LawFinding]:
     if not measured:  # noise of the slopes draws what is scaled to nothing, which then seems to explain all
         found = [f for f in found if f.term != "controller_derivative"]
         found = [f for f in found if (f.share > 0.5 or f.term == "current_limit") and f.values.get("ratio", 1.0) > LEFT]
-    return [f for f in found if f.share > 0.5 or (f.share > 0.05 and held.left**2 * (1 - f.share) < (1.3 * noise) ** 2)]
+    least = {"current_limit": 0.0 if measured else 0.05}  # one that is met for a few samples shows in nothing else
+    exact = [f for f in found if held.left**2 * (1 - f.share) < (1.3 * noise) ** 2]
+    return [f for f in found if f.share > (least.get(f.term, 0.05) if f in exact else 0.5)]
 
 
 def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
     """Everything that the law could lack, with what each would gain; `measured` says whether the speed is logged."""
     taken = {f.term for f in held.findings}
-    free = [free_of(sheet, held.findings) for sheet in held.sheets]
+    free = [against(sheet, held.findings)[1] for sheet in held.sheets]
     found = []
     for term, parts in columns_of(held.sheets, held.findings).items():
         if term in taken or (measured and term == "position_gain"):
@@ -193,22 +197,57 @@ def _clock(held: Held, term: str, name: str, sheets: Callable[[float], list[Shee
 
 def _limit(held: Held) -> list[LawFinding]:
     """A limit that the drive keeps although the law asks for more."""
-    effort = np.concatenate([s.effort for s in held.sheets])
-    n = held.samples
-    top = float(np.sort(np.abs(effort))[-3])
+    effort = np.abs(np.concatenate([s.effort for s in held.sheets]))
+    top = float(np.sort(effort)[-3])
     found = []
     for depth in (0.998, 0.995, 0.98, 0.95):
-        near = np.abs(effort) > depth * top
-        limit = float(np.median(np.abs(effort[near])))
-        trials = [*held.findings, LawFinding("current_limit", {"limit_a": limit}, None, 0.0, 0.0, 0.0)]
-        rest = float(sum(m @ m for m in misfits(held.sheets, trials))) * n / max(n - near.sum(), 1)
-        asked = np.concatenate([commanded(s, trials) for s in held.sheets])
-        asked = asked + float(np.median((effort - asked)[~near]))
-        if near.sum() < 3 or np.mean(np.abs(asked[near]) > limit) < 0.3:
+        near = effort > depth * top
+        limit = float(np.median(effort[near]))
+        over = _asked(held, limit) > limit  # noise lifts the highest efforts above it, not those asked to be higher
+        if near.sum() < 3 or np.mean(over[near]) < 0.3:
             continue
-        over = np.abs(asked) > limit  # noise lifts the highest efforts above the limit, not those asked to be higher
-        limit = float(np.mean(np.abs(effort[over]))) if over.sum() > 10 else limit
-        spread = float(np.std(np.abs(effort[near])) / np.sqrt(near.sum()))
-        gain = held.gain(rest) + 2.0
-        found.append(LawFinding("current_limit", {"limit_a": limit}, None, gain, 1 - rest / held.energy, spread))
-    return found
+        width = max(float(np.std(effort[near])), 1e-9 * limit)
+        spread = width / float(np.sqrt(near.sum()))
+        if over.sum() > 10:
+            limit, width = float(np.median(effort[over])), spread
+        limit, rest = _to_the_sample(held, limit, width)
+        beyond = _asked(held, limit) - limit
+        if not (beyond > 0).any() or np.median(beyond[beyond > 0]) < held.left:
+            continue  # what is asked for exceeds it by what the law errs
+        share = float(1 - rest / held.energy)
+        found.append(LawFinding("current_limit", {"limit_a": limit}, None, held.gain(rest) + 2.0, share, spread))
+    most = max((f.gain for f in found), default=0.0)
+    return next(([f] for f in found if f.gain > most - HARDLY), [])
+
+
+def _asked(held: Held, limit: float) -> Array:
+    """Size of what the law asks for, sample by sample, where the integral waits at a limit."""
+    pairs = [(s, against(s, _limited(held, limit))) for s in held.sheets]
+    return np.asarray(np.abs(np.concatenate([s.effort - off + level(off, free) for s, (off, free) in pairs])))
+
+
+def _limited(held: Held, limit: float) -> tuple[LawFinding, ...]:
+    """Everything that was found of the law, and a limit beside it."""
+    return (*held.findings, LawFinding("current_limit", {"limit_a": limit}, None, 0.0, 0.0, 0.0))
+
+
+def _to_the_sample(held: Held, limit: float, width: float) -> tuple[float, float]:
+    """Find the limit, within noise of `limit`, under which the integral waits at the right samples; and the misfit.
+
+    One too few shifts all that the law asks for later. Samples at the limit cannot be held against the law, and count
+    as the others do on average.
+    """
+    counted = sum(int(against(sheet, held.findings)[1].sum()) for sheet in held.sheets)
+
+    def left(trial: float) -> float:
+        pairs = [against(sheet, _limited(held, trial)) for sheet in held.sheets]
+        off = [centred(*pair) for pair in pairs]
+        return float(sum(m @ m for m in off)) * counted / max(sum(int(free.sum()) for _, free in pairs), 1)
+
+    def likelihood(trial: float) -> float:
+        return held.gain(left(trial)) - 0.5 * ((trial - limit) / width) ** 2
+
+    best = limit
+    for reach in (3.0, 0.25):
+        best = float(max(best + reach * width * np.linspace(-1.0, 1.0, 25), key=likelihood))
+    return best, left(best)

@@ -25,6 +25,8 @@ Form = tuple[tuple[Values, ...], Mix]
 """Columns of an offer, and how they mix."""
 OFF = 0.05
 """How far off 1 a ratio to what is nominal is tried."""
+FAR_LESS = 0.3
+"""Ratio at which the fit of one begins that regression puts below what is possible."""
 SHARE = 0.1
 """Share of what is usual in its unit at which any other number that sizes a term is tried, at most."""
 
@@ -122,11 +124,16 @@ def _small(size: Param, scales: Scales, share: float) -> float:
 
 
 def _along(trial: Values, size: Param) -> Form:
-    """One column: the number `size` moves from its neutral value in proportion to the coefficient."""
+    """One column: the number `size` moves from its neutral value in proportion to the coefficient.
+
+    A ratio may be far below 1, where regression, which draws a straight line, ends below zero.
+    """
     neutral = size.neutral or 0.0
 
     def mix(c: Array) -> Values | None:
         value = neutral + float(c[0]) * (trial[size.name] - neutral)
+        if neutral == 1.0 and value < size.low:
+            value = FAR_LESS
         return {**trial, size.name: value} if size.low <= value <= size.high and c[0] != 0 else None
 
     return (trial,), mix

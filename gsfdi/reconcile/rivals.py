@@ -17,15 +17,41 @@ from gsfdi.reconcile.turning import fit_knobs
 
 DRY = {"coulomb_friction", "presliding_friction"}
 """A bristle that slides is a dry friction."""
-HOPELESS = 30.0
+HOPELESS = 300.0
 """Log-likelihood behind which a rival is not worth a thorough fit."""
+HARDLY = 1e-3
+"""The same as a share of what the term in hand gains: so little of a large one is soon made up."""
 
 
 def rivals(
-    hand: Round, place: int, given: int, contest: Contest, shelf_terms: Mapping[str, PhysicsTerm]
+    hand: Round,
+    place: int,
+    given: int,
+    contest: Contest,
+    shelf_terms: Mapping[str, PhysicsTerm],
+    gain: float,
+    former: Mapping[tuple[str, str | None], TermUse],
 ) -> list[tuple[float, Fitted]]:
-    """Refit the model in hand with each finalist of a contest in the place of the term at `place`; merits beside it."""
-    own = hand.fitted.model.physics[place]
+    """Refit the model in hand with each finalist of a contest in the place of a term; merits beside it.
+
+    Parameters
+    ----------
+    hand : Round
+        The model in hand and its fit.
+    place : int
+        Of the term.
+    given : int
+        Terms that the nominal model holds already.
+    contest : Contest
+        That the term won.
+    shelf_terms : mapping of str to PhysicsTerm
+        The library.
+    gain : float
+        Log-likelihood that the term gains.
+    former : mapping of tuple to TermUse
+        Terms that have been in hand and lost their place, by name and side, with the numbers they had.
+    """
+    own, hopeless = hand.fitted.model.physics[place], max(HOPELESS, HARDLY * gain)
     if any(own.term in shelf_terms[use.term].beside for use in hand.fitted.model.physics[given:]):
         return []  # another is there to shape this one
     others = (*hand.fitted.model.physics[:place], *hand.fitted.model.physics[place + 1 :])
@@ -37,6 +63,7 @@ def rivals(
         if not may_replace(entry, own, others, given, shelf_terms):
             continue
         use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
+        use = former.get((entry.offer.term, entry.offer.side), use)
         if use is None:
             continue
         if own.onset is not None and (use.onset is not None or entry.fitted is None):
@@ -45,13 +72,13 @@ def rivals(
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
         known = hand.fitted.jacobian[:, keep]
         fitted = fit_knobs(hand.misfit, model, knobs, 4, known)
-        if use.onset is not None and hand.fitted.cost - fitted.cost > -100 * HOPELESS:
+        if use.onset is not None and fitted.cost - hand.fitted.cost < 10 * hopeless:
             fitted = refined_onset(hand, fitted, len(model.physics) - 1, hand.stand.scales.seconds / ONSETS, known)
-        if hand.fitted.cost - fitted.cost < -10 * HOPELESS and frozenset({own.term, use.term}) in CONFUSED:
+        if fitted.cost - hand.fitted.cost > hopeless and frozenset({own.term, use.term}) in CONFUSED:
             # under the noise of a model that lacks nothing, a joint that sticks keeps a fit from going far
             fitted = settle(hand.stand, model, knobs, effort_floor(hand.stand)).fitted
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 4)
-        if hand.fitted.cost - fitted.cost > -10 * HOPELESS:
+        if fitted.cost - hand.fitted.cost < hopeless:
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 8)
         found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
     return found

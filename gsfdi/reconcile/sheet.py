@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numba
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
@@ -14,6 +15,10 @@ from gsfdi.reconcile.gaps import at_corners, beside_lost
 from gsfdi.reconcile.sensing import setpoint_rate
 from gsfdi.types import Array, JointRecord, Mask
 
+PLAINLY = 0.9
+"""Share of a limit up to which an effort is below it whatever its noise."""
+BESIDE = 2
+"""Samples beside one at the limit that are not held against the law either."""
 CALM = 9
 """Samples through which a cubic is drawn to tell a speed from its noise."""
 
@@ -114,7 +119,8 @@ def sheet_of(
     parts = {name: values[keep] for name, values in parts.items()}
     unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record)[keep]
     braking = -law.derivative * velocity[keep]
-    return Sheet(t[keep], effort[keep], parts, unheld, np.nan_to_num(growth[keep]), rate[keep], braking)
+    growth = np.diff(parts["integral"], prepend=0.0)  # from row to row that is kept, over those that are not
+    return Sheet(t[keep], effort[keep], parts, unheld, growth, rate[keep], braking)
 
 
 def younger(law: Controller, lag: float) -> Controller:
@@ -171,36 +177,57 @@ def _waiting(sheet: Sheet, limit: float) -> Array:
     if first < 20:  # where the integral began cannot be told: it waits wherever the effort is at the limit
         return np.cumsum(np.where(np.abs(sheet.effort) < 0.99 * limit, sheet.growth, 0.0))
     start = float(np.mean((sheet.effort - asked - np.cumsum(sheet.growth))[:first]))
-    found, integral = np.empty(len(asked)), start
-    for k, (rest, growth) in enumerate(zip(asked.tolist(), sheet.growth.tolist(), strict=True)):
-        if abs(rest + integral + growth) <= limit:
-            integral += growth
-        found[k] = integral
+    found = np.empty(len(asked))
+    _wait(asked, sheet.growth, start, limit, found)
     return found
+
+
+@numba.njit(cache=True)
+def _wait(asked, growth, start, limit, out):  # type: ignore[no-untyped-def]
+    """Sum `growth` from `start` on but where that would ask for more than `limit` beside what else is `asked` for."""
+    integral = start
+    for k in range(len(asked)):
+        if abs(asked[k] + integral + growth[k]) <= limit:
+            integral += growth[k]
+        out[k] = integral
 
 
 def misfits(sheets: Sequence[Sheet], findings: Sequence[LawFinding]) -> list[Array]:
     """Recorded effort less the law's, the free constant of the integral taken out of every stretch."""
-    return [centred(sheet.effort - commanded(sheet, findings), free_of(sheet, findings)) for sheet in sheets]
+    return [centred(*against(sheet, findings)) for sheet in sheets]
 
 
-def free_of(sheet: Sheet, findings: Sequence[LawFinding]) -> Mask:
-    """Samples that can be held against the law, below the limit that was found."""
-    limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), np.inf)
-    return np.asarray(~sheet.unheld & (np.abs(sheet.effort) < 0.995 * limit))
+def against(sheet: Sheet, findings: Sequence[LawFinding]) -> tuple[Array, Mask]:
+    """Hold the recorded effort against the law's.
+
+    Returns
+    -------
+    (n,) array
+        The difference, but for a constant.
+    (n,) bool array
+        Samples that count: below the limit that was found, and not beside one that is at it.
+    """
+    limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), None)
+    off = sheet.effort - commanded(sheet, findings)
+    if limit is None:
+        return off, ~sheet.unheld
+    asked = sheet.effort - off + level(off, ~sheet.unheld & (np.abs(sheet.effort) < PLAINLY * limit))
+    met = np.maximum(np.abs(sheet.effort), np.abs(asked)) >= 0.995 * limit  # noise makes some efforts look lower
+    return off, np.asarray(~sheet.unheld & (np.convolve(met, np.ones(2 * BESIDE + 1), "same") < 0.5))
 
 
 def centred(values: Array, free: Mask) -> Array:
     """Give values less their mean over the free samples, 0 elsewhere."""
-    return np.where(free, values - _level(values, free), 0.0)
+    return np.where(free, values - level(values, free), 0.0)
 
 
 def level_of(sheet: Sheet, findings: Sequence[LawFinding]) -> float:
     """Constant that the law's integral began with."""
-    return _level(sheet.effort - commanded(sheet, findings), free_of(sheet, findings))
+    return level(*against(sheet, findings))
 
 
-def _level(off: Array, free: Mask) -> float:
+def level(off: Array, free: Mask) -> float:
+    """Mean over the free samples, 0 where there are none."""
     return float(np.mean(off[free])) if free.any() else 0.0
 
 
