@@ -29,6 +29,7 @@ from gsfdi.reconcile.finalists import (
     merit,
     needed,
     reshaped,
+    retuned,
     settled_bar,
     settled_onset,
 )
@@ -246,6 +247,8 @@ def contend(
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
+        if likelier(settled, hand) > 0:
+            settled = retuned(settled, shelf_terms[entry.offer.term], floor)
         settled = reshaped(settled, shelf_terms[entry.offer.term], floor)
         if is_at_bound(settled, shelf_terms):
             continue

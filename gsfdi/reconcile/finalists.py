@@ -191,7 +191,6 @@ def retuned(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
 
 def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
     """Try the last term's shape at other scales under the noise that now suits it, which slopes do not reach."""
-    hand = retuned(hand, term, floor)
     if np.all(hand.torque < NEARLY * floor):
         return hand  # nothing is missing
     model = hand.fitted.model

@@ -85,6 +85,8 @@ SURE = 25.0
 """Log-likelihood that a finding must gain."""
 HARDLY = 10.0
 """Log-likelihood by which a plateau that is drawn less tightly must suit the law better."""
+FLAT = 3.0
+"""Spread of the effort at a limit, over the law's misfit, up to which it is a plateau."""
 SOON = 0.005
 """Ticks below which a delay is how samples were read and held."""
 LEFT = 0.7
@@ -212,8 +214,9 @@ def _limit(held: Held) -> list[LawFinding]:
             limit, width = float(np.median(effort[over])), spread
         limit, rest = _to_the_sample(held, limit, width)
         beyond = _asked(held, limit) - limit
-        if not (beyond > 0).any() or np.median(beyond[beyond > 0]) < held.left:
-            continue  # what is asked for exceeds it by what the law errs
+        met = beyond > 0
+        if not met.any() or np.median(beyond[met]) < held.left or np.std(effort[met]) > FLAT * held.left:
+            continue  # what is asked for exceeds it by what the law errs, or no plateau is there
         share = float(1 - rest / held.energy)
         found.append(LawFinding("current_limit", {"limit_a": limit}, None, held.gain(rest) + 2.0, share, spread))
     most = max((f.gain for f in found), default=0.0)
