@@ -29,7 +29,7 @@ from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.sheet import sheet_of
 from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.verdict import is_series
+from gsfdi.reconcile.verdict import is_series, verdict_of
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -148,6 +148,20 @@ def test_many_like_waves_at_the_end_of_what_they_may_be_draw_a_curve(count: int,
     found = [SimpleNamespace(use=wave) for wave in waves]
     case = SimpleNamespace(found=found, hand=SimpleNamespace(fitted=fitted))
     assert is_series(case) is series  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("term", "verdict"), [("position_bias", "explained"), ("cogging", "unexplained")])
+def test_a_sensors_error_beside_a_trifle_explains_what_a_torque_does_not(term: str, verdict: str) -> None:
+    use = TermUse(term, {})
+    fitted = SimpleNamespace(knobs=[], values=[], model=SimpleNamespace(physics=[use]))
+    stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0))
+    case = SimpleNamespace(
+        found=[SimpleNamespace(use=use)],
+        hand=SimpleNamespace(fitted=fitted, torque=np.array([0.05, 0.0])),
+        floor=np.array([0.01, 0.0]),
+        stand=stand,
+    )
+    assert verdict_of(case, [{"term": term}], 0.7) == verdict  # type: ignore[arg-type]
 
 
 def test_a_lubricant_that_yields_shapes_the_friction_that_is_there() -> None:
