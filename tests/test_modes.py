@@ -1,6 +1,7 @@
 """Appendages that swing: the pull of one by linear theory, and finding it wherever its narrow resonance lies."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from rigid import JOINT
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
-from gsfdi.reconcile.modes import DAMPING, pull
+from gsfdi.reconcile.modes import DAMPING, pull, worthy_frequencies
 from gsfdi.simulate import simulate_record
 
 
@@ -32,3 +33,8 @@ def test_a_light_appendage_is_found_wherever_it_rings(frequency: float, share: f
     assert entry["term"] == "structural_mode"
     assert entry["parameters"]["frequency_hz"]["value"] == pytest.approx(frequency, rel=0.01)
     assert entry["parameters"]["inertia_kg_m2"]["value"] == pytest.approx(inertia, rel=0.1)
+
+
+def test_a_recording_too_slow_for_any_mode_offers_none() -> None:
+    stand = SimpleNamespace(scales=SimpleNamespace(period=1.0))
+    assert worthy_frequencies(SimpleNamespace(stand=stand)) == {"structural_mode": ()}  # type: ignore[arg-type]

@@ -33,8 +33,10 @@ def worthy_frequencies(hand: Round, most: int = MOST) -> Mapping[str, tuple[floa
 
 
 def _best(hand: Round, most: int) -> tuple[float, ...]:
-    stand = hand.stand
-    frequencies = np.geomspace(SLOWEST, fastest(stand), max(2, math.ceil(math.log(fastest(stand) / SLOWEST) / APART)))
+    stand, last = hand.stand, fastest(hand.stand)
+    if last <= SLOWEST:
+        return ()
+    frequencies = np.geomspace(SLOWEST, last, 2 + int(math.log(last / SLOWEST) / APART))
     speeds = [trace.state[:, 1] + trace.state[:, 3] for trace in stand.traces(hand.fitted.model)]
     chunks = np.array_split(frequencies, math.ceil(len(frequencies) / AT_ONCE))
     gains = np.concatenate([_gains(hand, _signatures(hand, speeds, chunk)) for chunk in chunks])
