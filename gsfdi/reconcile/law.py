@@ -86,7 +86,7 @@ SURE = 25.0
 HARDLY = 10.0
 """Log-likelihood by which a plateau that is drawn less tightly must suit the law better."""
 FLAT = 3.0
-"""Spread of the effort at a limit, over the law's misfit, up to which it is a plateau."""
+"""Spread of the effort at a limit, over the misfit of the law that has it, up to which it is a plateau."""
 SOON = 0.005
 """Ticks below which a delay is how samples were read and held."""
 LEFT = 0.7
@@ -213,9 +213,9 @@ def _limit(held: Held) -> list[LawFinding]:
         if over.sum() > 10:
             limit, width = float(np.median(effort[over])), spread
         limit, rest = _to_the_sample(held, limit, width)
-        beyond = _asked(held, limit) - limit
+        beyond, errs = _asked(held, limit) - limit, float(np.sqrt(rest / held.samples))
         met = beyond > 0
-        if not met.any() or np.median(beyond[met]) < held.left or np.std(effort[met]) > FLAT * held.left:
+        if not met.any() or np.median(beyond[met]) < errs or np.std(effort[met]) > FLAT * errs:
             continue  # what is asked for exceeds it by what the law errs, or no plateau is there
         share = float(1 - rest / held.energy)
         found.append(LawFinding("current_limit", {"limit_a": limit}, None, held.gain(rest) + 2.0, share, spread))
