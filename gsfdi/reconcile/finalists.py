@@ -183,7 +183,7 @@ def retuned(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
         return hand
     best, place = hand.fitted, len(hand.fitted.model.physics) - 1
     knob = next(knob for knob in best.knobs if (knob.place, knob.name) == (place, term.frequency.name))
-    for frequency in np.geomspace(SLOWEST, fastest(hand.stand), PITCHES):
+    for frequency in np.geomspace(SLOWEST, fastest(hand.stand, term), PITCHES):
         trial = fit_knobs(hand.misfit, knob.turn(hand.fitted.model, frequency), best.knobs, 3)
         best = min(best, trial, key=lambda one: one.cost)
     return hand if best.cost > hand.fitted.cost - KNOB_COST else settle(hand.stand, best.model, best.knobs, floor)

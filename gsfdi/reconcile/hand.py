@@ -69,6 +69,12 @@ def project(hand: Round, signatures: Array) -> tuple[Array, Array]:
     return signatures - (signatures @ J) @ J.T, hand.fitted.residual
 
 
+def regressed(hand: Round, signatures: Array) -> tuple[Array, Array]:
+    """Score of each signature against what is left, below zero where it would lessen it, and its information."""
+    bare, residual = project(hand, signatures)
+    return bare @ residual, np.maximum(np.sum(bare**2, axis=1), 1e-300)
+
+
 def is_sensor(term: str) -> bool:
     """Whether a term acts on what is measured rather than on the joint."""
     return str(shelf("gsfdi.terms", PhysicsTerm)[term].place).endswith("sensor")

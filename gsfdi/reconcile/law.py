@@ -125,9 +125,14 @@ def _believable(held: Held, noise: float, measured: bool) -> list[LawFinding]:
     if not measured:  # noise of the slopes draws what is scaled to nothing, which then seems to explain all
         found = [f for f in found if f.term != "controller_derivative"]
         found = [f for f in found if (f.share > 0.5 or f.term == "current_limit") and f.values.get("ratio", 1.0) > LEFT]
-    least = {"current_limit": 0.0 if measured else 0.05}  # one that is met for a few samples shows in nothing else
-    exact = [f for f in found if held.left**2 * (1 - f.share) < (1.3 * noise) ** 2]
-    return [f for f in found if f.share > (least.get(f.term, 0.05) if f in exact else 0.5)]
+
+    def least(finding: LawFinding) -> float:
+        if held.left**2 * (1 - finding.share) >= (1.3 * noise) ** 2:
+            return 0.5
+        # a limit that is met for a few samples shows in nothing else
+        return 0.0 if measured and finding.term == "current_limit" else 0.05
+
+    return [f for f in found if f.share > least(f)]
 
 
 def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:

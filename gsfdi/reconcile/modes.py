@@ -12,7 +12,8 @@ from scipy.signal import bilinear, lfilter
 
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.hand import Round, project
+from gsfdi.reconcile.hand import Round, regressed
+from gsfdi.reconcile.knobs import plausible
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 from gsfdi.whiten import respond
@@ -28,12 +29,12 @@ AT_ONCE = 16
 
 def worthy_frequencies(hand: Round, most: int = MOST) -> Mapping[str, tuple[float, ...]]:
     """Frequencies [Hz] to try for every term that is a resonance; the best `most`."""
-    best = _best(hand, most)
-    return {term.name: best for term in shelf("gsfdi.terms", PhysicsTerm).values() if term.frequency is not None}
+    modes = [term for term in shelf("gsfdi.terms", PhysicsTerm).values() if term.frequency is not None]
+    return {term.name: _best(hand, fastest(hand.stand, term), most) for term in modes}
 
 
-def _best(hand: Round, most: int) -> tuple[float, ...]:
-    stand, last = hand.stand, fastest(hand.stand)
+def _best(hand: Round, last: float, most: int) -> tuple[float, ...]:
+    stand = hand.stand
     if last <= SLOWEST:
         return ()
     frequencies = np.geomspace(SLOWEST, last, 2 + int(math.log(last / SLOWEST) / APART))
@@ -45,9 +46,10 @@ def _best(hand: Round, most: int) -> tuple[float, ...]:
     return tuple(float(f) for f in frequencies[peaks[np.argsort(-gains[peaks])]][:most])
 
 
-def fastest(stand: Bench) -> float:
-    """Frequency [Hz] above which a mode is hardly seen: a quarter of the sampling rate."""
-    return 0.25 / stand.scales.period
+def fastest(stand: Bench, term: PhysicsTerm) -> float:
+    """Frequency [Hz] above which the resonance of `term` is no longer plausible in these recordings."""
+    assert term.frequency is not None
+    return plausible(stand, term, term.frequency, term.frequency.start)[1]
 
 
 def pull(speed: Array, frequency: float, period: float) -> Array:
@@ -75,7 +77,5 @@ def _signatures(hand: Round, speeds: list[Array], frequencies: Array) -> Array:
 
 def _gains(hand: Round, signatures: Array) -> Array:
     """Gain in log-likelihood of each, none where its inertia would be below zero."""
-    bare, residual = project(hand, signatures)
-    scores = bare @ residual
-    information = np.maximum(np.sum(bare**2, axis=1), 1e-300)
+    scores, information = regressed(hand, signatures)
     return np.where(scores < 0, 0.5 * scores**2 / information, 0.0)

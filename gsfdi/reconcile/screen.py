@@ -12,7 +12,7 @@ from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.hand import Round, orthonormal, project, with_term
+from gsfdi.reconcile.hand import Round, orthonormal, regressed, with_term
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.offer import Offer
 from gsfdi.reconcile.turning import fit_knobs
@@ -281,11 +281,9 @@ def tuned(hand: Round, entry: Entry, values: Mapping[str, float]) -> Mapping[str
         span = values["frequency_hz"] * ratio ** np.linspace(-1, 1, 13)
         trials = [{**values, **within(entry.offer.term, {"frequency_hz": f})} for f in span]
         moved = hand.misfit([with_term(hand.fitted.model, entry.offer.use(v, entry.onset)) for v in trials])
-        bare, residual = project(hand, moved - hand.fitted.residual)
-        scores = bare @ residual
-        gains = np.where(scores < 0, scores**2 / np.maximum(np.sum(bare**2, axis=1), 1e-300), 0.0)
-        best = int(np.nanargmax(gains))
-        c = float(-scores[best] / max(bare[best] @ bare[best], 1e-300))
+        scores, information = regressed(hand, moved - hand.fitted.residual)
+        best = int(np.nanargmax(np.where(scores < 0, scores**2 / information, 0.0)))
+        c = float(-scores[best] / information[best])
         size = trials[best]["inertia_kg_m2"] * (c if 0 < c < 1e3 else 1.0)
         values = {**trials[best], **within(entry.offer.term, {"inertia_kg_m2": size})}
         ratio **= 1 / 4
