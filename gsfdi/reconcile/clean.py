@@ -27,10 +27,12 @@ def cleaned(records: Sequence[JointRecord], model: JointModel, law: LawCheck | N
     """Records with the law's effort in the place of the recorded one; None where no law is exact."""
     noise = effort_noise(model)
     if law is not None:
-        if law.noise <= 0 or noise <= 0 or law.after > EXACT * noise or law.derivative_delay < 0:
-            return None  # of a speed that lags nobody knows what the controller had
+        if law.noise <= 0 or noise <= 0 or law.after > EXACT * noise:
+            return None
         # wrong gains are in the model's controller already, and a late stamp in the records
         left = [f for f in law.findings if f.term in ("current_gain", "current_bias", "current_limit", "position_gain")]
+        if law.derivative_delay < 0 and model.controller is not None:
+            model = replace(model, controller=replace(model.controller, derivative_delay=law.derivative_delay))
         return [_driven(r, model, left) for r in records]
     learnt = learn_law(records, model)
     if learnt is None:
