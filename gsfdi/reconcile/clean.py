@@ -14,13 +14,13 @@ import numpy as np
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.law import LawCheck
 from gsfdi.reconcile.sensing import effort_noise
-from gsfdi.reconcile.sheet import LawFinding, commanded, level_of, sheet_of, unrated
+from gsfdi.reconcile.sheet import LawFinding, commanded, hiss, level_of, sheet_of, unrated
 from gsfdi.types import JointRecord
 
 EXACT = 1.3
-"""Misfit of a law, over the effort's stated noise, up to which the law is exact."""
+"""Misfit of a law, over the effort's noise, up to which the law is exact: one that is white is nothing else."""
 SMOOTH = 2e-3
-"""Misfit of a learnt law, as a share of the effort, where no noise is stated."""
+"""Misfit of a learnt law, as a share of the effort, that is a trifle where no noise is stated."""
 
 
 def cleaned(records: Sequence[JointRecord], model: JointModel, law: LawCheck | None) -> list[JointRecord] | None:
@@ -76,9 +76,10 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
     X, y = np.concatenate(rows), np.concatenate(blocks)
     scale = np.maximum(np.sqrt(np.mean(X**2, axis=0)), 1e-300)
     gains = np.linalg.lstsq(X / scale, y, rcond=1e-9)[0] / scale
-    left = float(np.sqrt(np.mean((y - X @ gains) ** 2)))
-    noise = effort_noise(model)
-    if left > (EXACT * noise if noise > 0 else SMOOTH * float(np.sqrt(np.mean(y**2)))):
+    misfit = y - X @ gains
+    noise = effort_noise(model) or hiss(np.split(misfit, np.cumsum([len(b) for b in blocks])[:-1]))
+    trifle = 0.0 if effort_noise(model) > 0 else SMOOTH * float(np.sqrt(np.mean(y**2)))
+    if float(np.sqrt(np.mean(misfit**2))) > max(EXACT * noise, trifle):
         return None
     kp, ki, kd, ahead = (float(g) for g in gains)
     if -kd <= 0 or kp <= 0:

@@ -9,15 +9,17 @@ from scipy.interpolate import CubicSpline
 
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.bench import Bench, bench
-from gsfdi.reconcile.clean import cleaned
+from gsfdi.reconcile.clean import EXACT, cleaned
 from gsfdi.reconcile.law import LawCheck, check_law
 from gsfdi.reconcile.noise import effort_floor
-from gsfdi.reconcile.sensing import grain_of
+from gsfdi.reconcile.sensing import effort_noise, grain_of, noise_of
 from gsfdi.reconcile.sheet import LawFinding, joined
 from gsfdi.reconcile.told import GAINS, is_telling, told
 from gsfdi.types import JointRecord
 
 LATE = "timestamp_latency"
+HALF = 0.5**0.5
+"""Share of an effort's hiss that is taken for its own sensor's, where nobody knows how noisy that is."""
 PART = 0.02
 """Part of a tick by which stamps may be late as if by whole ones."""
 REVERSED = 0.1
@@ -72,6 +74,7 @@ def settle_contract(
     law = None if coarse is not None and not stand.sees_speed else check_law(stand.records, model)
     if law is not None:
         law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
+        model = with_effort_noise(model, law, stand)
     stamps = [f for f in law.findings if f.term == LATE] if law is not None and stand.sees_speed else []
     if is_between_ticks(stamps, model):
         unseen = settle_contract([without_speed(r) for r in records], model, without, (*stamps, *beyond))
@@ -107,6 +110,22 @@ def settle_contract(
         lever = heard.lever if heard is not None else 0.0
         stand = replace(bench(exact or records, new, lever), count=stand.count)  # stretches are no recordings
     return Settled(stand, logged, new, law, tuple(f for f in (backwards, coarse) if f is not None), level)
+
+
+def with_effort_noise(model: JointModel, law: LawCheck, stand: Bench) -> JointModel:
+    """State the noise of the effort's sensor, where `model` states none, as the law shows it.
+
+    What a law leaves that is fed with a logged speed is white where the law is exact. Where none is logged, the effort
+    hisses with its own noise and with that of the controller's speed: half of its power from either is as good a guess
+    as any.
+    """
+    if effort_noise(model) > 0:
+        return model
+    if stand.sees_speed:
+        noise = law.noise if law.after <= EXACT * law.noise else 0.0
+    else:
+        noise = float(np.median([noise_of(r.t, r[r.effort]) for r in stand.records])) * HALF
+    return replace(model, sensors=replace(model.sensors, effort_noise=noise))
 
 
 def is_between_ticks(stamps: Sequence[LawFinding], model: JointModel) -> bool:

@@ -24,6 +24,7 @@ from gsfdi.reconcile.judge import names
 from gsfdi.reconcile.offering import all_offers
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.screen import screen
+from gsfdi.reconcile.sensing import as_shown
 from gsfdi.reconcile.surplus import merged
 from gsfdi.reconcile.twin import is_imitated
 from gsfdi.reconcile.verdict import left_of, verdict_of
@@ -47,10 +48,11 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
         says = "The joint stands still in these recordings: nothing can be told from them. Record a motion."
         return nothing_told(records[0].joint, says)
     terms = {name: term for name, term in shelf("gsfdi.terms", PhysicsTerm).items() if name not in without}
-    opened = settle_law(records, model, terms, without)
+    seen = as_shown(records, model)
+    opened = settle_law(records, seen, terms, without)
     settled = opened.settled
     first, hand, contests = compete(opened.first, opened.model, terms, settled.level)
-    if is_noise(first, contests[0], settled, model, terms):
+    if is_noise(first, contests[0], settled, seen, terms):
         offers = all_offers(first, terms, len(settled.model.physics))
         hand, contests = first, [undecided(first, screen(first, offers), contests[0].entries, terms)]
     hand, found = names(hand, len(settled.model.physics), contests, terms)

@@ -1,6 +1,7 @@
 """How noisy and how coarse the sensors of a recording are: as the model states it, or as the values show it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -10,6 +11,11 @@ from gsfdi.drive import measured_velocity
 from gsfdi.model import JointModel
 from gsfdi.simulate import Trace
 from gsfdi.types import Array, JointRecord
+
+LEAST = 50
+"""Samples from which the noise of a channel may be told."""
+NOISY = 1.5
+"""Times what rounding alone would show from which a channel has noise besides."""
 
 
 def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple[float, float]:
@@ -31,6 +37,24 @@ def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple
         believed = np.hypot(noise, max(resolution, grain) / np.sqrt(12.0)) if noise + resolution > 0 else seen
         found.append(max(believed, 1e-3 * seen, 1e-12) ** 2)
     return found[0], found[1]
+
+
+def as_shown(records: Sequence[JointRecord], model: JointModel) -> JointModel:
+    """Give `model` with the noise of sensors of which it states nothing as their values show it."""
+    sensors, ratio = model.sensors, 1.0 if model.structure == "flexible" else model.plant.gear_ratio
+    usable = [record for record in records if len(record.t) >= LEAST]
+    positions = [(r.t, r["position"]) for r in usable if "position" in r]
+    speeds = [(r.t, ratio * measured_velocity(r, model)) for r in usable]
+    for channel, shown in (("position", positions), ("motor_velocity", speeds)):
+        if getattr(sensors, f"{channel}_noise") + getattr(sensors, f"{channel}_resolution") > 0:
+            continue
+        if not shown or not all(np.isfinite(v).sum() >= LEAST and np.ptp(v[np.isfinite(v)]) > 0 for _, v in shown):
+            continue
+        seen, grain = float(np.median([noise_of(*one) for one in shown])), max(grain_of(v) for _, v in shown)
+        rounding = grain / np.sqrt(12.0)
+        noise = float(np.sqrt(seen**2 - rounding**2)) if seen > NOISY * rounding else 0.0
+        sensors = replace(sensors, **{f"{channel}_noise": noise, f"{channel}_resolution": grain})
+    return replace(model, sensors=sensors)
 
 
 def shown_speed(trace: Trace, model: JointModel) -> Array:

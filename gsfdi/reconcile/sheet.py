@@ -136,6 +136,12 @@ def aged(t: Array, known: Array, values: Array, age: float) -> Array:
     return smooth(t, known, values) + smooth(t - age, known, calm) - smooth(t, known, calm)
 
 
+def hiss(stretches: Sequence[Array]) -> float:
+    """Standard deviation of white noise in values, from their third differences."""
+    third = np.concatenate([np.diff(values, 3) for values in stretches])
+    return float(1.4826 * np.median(np.abs(third)) / 20.0**0.5)
+
+
 def smooth(t: Array, known: Array, values: Array) -> Array:
     """Give values at other times by cubics, which follow a ringing joint where straight lines would not."""
     at = np.clip(t, known[0], known[-1])
@@ -294,9 +300,8 @@ class Held:
 
     @property
     def hiss(self) -> float:
-        """White noise of the effort, from its third differences."""
-        third = np.concatenate([np.diff(s.effort - commanded(s, []), 3) for s in self.sheets])
-        return float(1.4826 * np.median(np.abs(third)) / 20.0**0.5)
+        """White noise of the effort."""
+        return hiss([s.effort - commanded(s, []) for s in self.sheets])
 
     def gain(self, rest: float) -> float:
         """Log-likelihood gained where the misfit's energy falls to `rest`."""

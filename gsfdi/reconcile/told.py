@@ -55,6 +55,10 @@ FAR = 1.5
 The joint follows its sensors' noise, so that a speed looks noisier than it is."""
 
 
+LEAST = 1.05
+"""Noise of a told speed over what the effort's makes of it, at least: a little of it is the speed sensor's own."""
+
+
 def is_telling(law: LawCheck, model: JointModel) -> bool:
     """Whether a law tells the speed that nobody logged: it brakes at once, and but for its gains it holds.
 
@@ -113,4 +117,4 @@ def told_noise(times: Sequence[Array], speeds: Sequence[Array], own: float, thro
     """
     seen = float(np.median([noise_of(*shown) for shown in zip(times, speeds, strict=True)]))
     whole = float(np.hypot(own, through_effort))
-    return whole if own > 0 and seen < FAR * whole else seen
+    return whole if own > 0 and seen < FAR * whole else max(seen, LEAST * through_effort)

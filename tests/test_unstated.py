@@ -1,0 +1,66 @@
+"""A model that says nothing of its sensors: their noise is what the recordings show."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joints import MODEL, without_speed
+
+from gsfdi.model import JointModel, Sensors, TermUse
+from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.contract import settle_contract
+from gsfdi.reconcile.sensing import as_shown, effort_noise
+from gsfdi.reconcile.told import told_noise
+from gsfdi.simulate import simulate_record
+from gsfdi.types import JointRecord
+
+SILENT = replace(MODEL, sensors=Sensors())
+KNOWN = {"speed": True, "law": True}, {"speed": False, "law": True}, {"speed": True, "law": False}
+
+
+def shown(model: JointModel, speed: bool = True) -> JointRecord:
+    record = simulate_record(model, seed=4, duration=60.0)
+    return record if speed else without_speed(record)
+
+
+def test_noise_is_estimated_where_none_is_stated_and_kept_where_it_is() -> None:
+    true, found = MODEL.sensors, as_shown([shown(MODEL)], SILENT).sensors
+    assert found.position_noise == pytest.approx(true.position_noise, rel=0.1)
+    assert found.motor_velocity_noise == pytest.approx(true.motor_velocity_noise, rel=0.3)
+    partly = replace(SILENT, sensors=Sensors(position_noise=1.0))
+    assert as_shown([shown(MODEL)], partly).sensors.position_noise == 1.0
+    assert as_shown([shown(MODEL)], MODEL) == MODEL
+
+
+def test_a_sensor_that_only_rounds_has_a_resolution_and_no_noise() -> None:
+    record = shown(replace(MODEL, sensors=Sensors()))
+    coarse = replace(record, channels={**record.channels, "position": np.round(record["position"] / 1e-4) * 1e-4})
+    found = as_shown([coarse], SILENT).sensors
+    assert found.position_resolution == pytest.approx(1e-4)
+    assert found.position_noise == 0.0
+
+
+def test_the_efforts_noise_is_what_a_law_leaves_that_is_exact() -> None:
+    noise = MODEL.sensors.effort_noise
+    assert settle_contract([shown(MODEL)], SILENT, ()).level > 0  # the law's own effort drives the model
+    untold = settle_contract([shown(MODEL, speed=False)], SILENT, ()).stand
+    assert untold.lever > 0
+    assert effort_noise(untold.model) == pytest.approx(noise, rel=0.3)
+
+
+@pytest.mark.parametrize("known", KNOWN)
+def test_a_sound_joint_is_sound_and_friction_is_found_by_a_model_that_states_no_noise(known: dict[str, bool]) -> None:
+    nominal = SILENT if known["law"] else replace(SILENT, controller=None)
+    assert reconcile([shown(MODEL, known["speed"])], nominal).verdict == "no_mismatch"
+    rough = replace(MODEL, physics=(TermUse("coulomb_friction", {"torque_nm": 1.0}, "motor"),))
+    answer = reconcile([shown(rough, known["speed"])], nominal)
+    (entry,) = answer.omitted_physics
+    assert (answer.verdict, entry["term"]) == ("explained", "coulomb_friction")
+    assert entry["parameters"]["torque_nm"]["value"] == pytest.approx(1.0, rel=0.1)
+    assert answer.updated_model is not None
+    assert answer.updated_model.sensors == nominal.sensors
+
+
+def test_a_told_speed_is_never_taken_to_be_quieter_than_the_effort_that_told_it() -> None:
+    rng = np.random.default_rng(1)
+    assert told_noise([np.arange(500) / 100], [0.1 * rng.standard_normal(500)], 0.0, 1.0) > 1.0
