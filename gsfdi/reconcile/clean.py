@@ -12,10 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from gsfdi.model import Controller, JointModel
+from gsfdi.reconcile.gaps import beside_lost, jumps
 from gsfdi.reconcile.law import LawCheck
 from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.reconcile.sheet import LawFinding, commanded, hiss, level_of, sheet_of, unrated
-from gsfdi.types import JointRecord
+from gsfdi.types import JointRecord, Mask
 
 EXACT = 1.3
 """Misfit of a law, over the effort's noise, up to which the law is exact: one that is white is nothing else."""
@@ -52,8 +53,17 @@ def _driven(record: JointRecord, model: JointModel, findings: Sequence[LawFindin
     limit = min([model.controller.limit, *(f.values["limit_a"] for f in findings if f.term == "current_limit")])
     effort = np.interp(record.t, sheet.t, np.clip(asked, -limit, limit))
     recorded = record[record.effort]
-    effort = np.where(unrated(record) & np.isfinite(recorded), recorded, effort)
+    effort = np.where(is_unsure(record, model) & np.isfinite(recorded), recorded, effort)
     return replace(record, channels={**record.channels, record.effort: effort}, valid={})
+
+
+def is_unsure(record: JointRecord, model: JointModel) -> Mask:
+    """Samples at which the law may err, for want of the setpoint's rate, by more than the recorded effort's noise."""
+    law = model.controller
+    assert law is not None
+    bend = jumps(record["setpoint"], record.t) * float(np.median(np.diff(record.t)))
+    errs = abs(law.derivative * law.rate_feedforward) * bend / 4  # see at_corners
+    return unrated(record) & (beside_lost(record) | (errs >= effort_noise(model)))
 
 
 def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller | None:

@@ -69,8 +69,13 @@ def at_corners(setpoint: Array, t: Array) -> Mask:
     Central differences err there by a quarter of the jump times the period; where the setpoint runs smoothly, by as
     little everywhere.
     """
-    rate = np.gradient(setpoint, t)
-    push = np.gradient(rate, t)
+    jump = jumps(setpoint, t)
+    return jump > max(SMOOTH * float(np.median(jump)), CORNER * float(jump.max()))
+
+
+def jumps(setpoint: Array, t: Array) -> Array:
+    """Change of a setpoint's acceleration from the sample before to the one after."""
+    push = np.gradient(np.gradient(setpoint, t), t)
     jump = np.zeros(len(t))
     jump[3:-3] = np.abs(push[4:-2] - push[2:-4])  # nearer the ends the slopes themselves are one-sided
-    return jump > max(SMOOTH * float(np.median(jump)), CORNER * float(jump.max()))
+    return jump
