@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.bench import Bench, bench
 from gsfdi.reconcile.clean import EXACT, cleaned
+from gsfdi.reconcile.hush import hushed
 from gsfdi.reconcile.law import LawCheck, check_law
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.sensing import effort_noise, grain_of, noise_of
@@ -104,8 +105,9 @@ def settle_contract(
         new = replace(new, sensors=replace(new.sensors, effort_noise=0.0, effort_resolution=0.0))
     telling = telling and exact is None and law is not None and law.derivative_delay == 0
     heard = told(stand.records, new) if telling else None
-    if heard is not None:
-        exact, new = heard.records, heard.model
+    quiet = hushed(stand.records, new) if exact is None and law is None and stand.sees_speed else None
+    if (found := heard or quiet) is not None:
+        exact, new = found.records, found.model
     if exact is not None or new is not model:
         lever = heard.lever if heard is not None else 0.0
         stand = replace(bench(exact or records, new, lever), count=stand.count)  # stretches are no recordings
