@@ -44,7 +44,14 @@ def test_most_of_the_noise_is_told_and_the_model_states_what_is_left() -> None:
 
 def test_nothing_is_told_of_an_effort_whose_noise_is_unknown_or_that_answers_something_else() -> None:
     recorded, rng = bare(1), np.random.default_rng(1)
-    assert hushed([recorded], replace(UNKNOWN, sensors=Sensors())) is None
+    steps = replace(
+        recorded,
+        channels={
+            **recorded.channels,
+            "motor_current": recorded["motor_current"] + 1e-3 * rng.integers(0, 2, len(recorded.t)),
+        },
+    )
+    assert hushed([steps], replace(UNKNOWN, sensors=Sensors())) is None
     shaken = recorded["motor_current"] + 1e-3 * rng.standard_normal(len(recorded.t))
     other = replace(recorded, channels={**recorded.channels, "motor_current": shaken})
     assert hushed([other], UNKNOWN) is None

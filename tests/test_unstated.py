@@ -64,3 +64,13 @@ def test_a_sound_joint_is_sound_and_friction_is_found_by_a_model_that_states_no_
 def test_a_told_speed_is_never_taken_to_be_quieter_than_the_effort_that_told_it() -> None:
     rng = np.random.default_rng(1)
     assert told_noise([np.arange(500) / 100], [0.1 * rng.standard_normal(500)], 0.0, 1.0) > 1.0
+
+
+def test_a_sound_joint_that_hardly_works_is_sound_by_a_model_that_states_no_noise() -> None:
+    asked = simulate_record(MODEL, seed=0, duration=90.0)
+    swing = {"setpoint": 0.3 * np.sin(0.1 * asked.t), "setpoint_rate": 0.03 * np.cos(0.1 * asked.t)}
+    record = simulate_record(MODEL, replay=replace(asked, channels={**asked.channels, **swing}, valid={}), seed=0)
+    for lacking in ({}, {"motor_velocity": None, "setpoint": None, "setpoint_rate": None}):
+        channels = {name: record[name] for name in record.channels if name not in lacking}
+        nominal = replace(SILENT, controller=None) if lacking else SILENT
+        assert reconcile([replace(record, channels=channels, valid={})], nominal).verdict == "no_mismatch"

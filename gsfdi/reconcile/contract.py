@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.bench import Bench, bench
-from gsfdi.reconcile.clean import EXACT, cleaned
+from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.hush import hushed
 from gsfdi.reconcile.law import LawCheck, check_law
 from gsfdi.reconcile.noise import effort_floor
@@ -76,6 +76,7 @@ def settle_contract(
     if law is not None:
         law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
         model = with_effort_noise(model, law, stand)
+        logged = stand = replace(stand, model=model)
     stamps = [f for f in law.findings if f.term == LATE] if law is not None and stand.sees_speed else []
     if is_between_ticks(stamps, model):
         unseen = settle_contract([without_speed(r) for r in records], model, without, (*stamps, *beyond))
@@ -108,25 +109,26 @@ def settle_contract(
     quiet = hushed(stand.records, new) if exact is None and law is None and stand.sees_speed else None
     if (found := heard or quiet) is not None:
         exact, new = found.records, found.model
+    elif exact is None:
+        new = with_effort_noise(new, law, stand)
     if exact is not None or new is not model:
         lever = heard.lever if heard is not None else 0.0
         stand = replace(bench(exact or records, new, lever), count=stand.count)  # stretches are no recordings
     return Settled(stand, logged, new, law, tuple(f for f in (backwards, coarse) if f is not None), level)
 
 
-def with_effort_noise(model: JointModel, law: LawCheck, stand: Bench) -> JointModel:
-    """State the noise of the effort's sensor, where `model` states none, as the law shows it.
+def with_effort_noise(model: JointModel, law: LawCheck | None, stand: Bench) -> JointModel:
+    """State the noise of the effort's sensor, where `model` states none, as law or effort show it.
 
-    What a law leaves that is fed with a logged speed is white where the law is exact. Where none is logged, the effort
-    hisses with its own noise and with that of the controller's speed: half of its power from either is as good a guess
-    as any.
+    A law that is fed with a logged speed leaves it. Where none is, the effort hisses with its own noise and with that
+    of the controller's speed: half of its power from either is as good a guess as any.
     """
     if effort_noise(model) > 0:
         return model
-    if stand.sees_speed:
-        noise = law.noise if law.after <= EXACT * law.noise else 0.0
+    if law is not None and stand.sees_speed:
+        noise = law.noise
     else:
-        noise = float(np.median([noise_of(r.t, r[r.effort]) for r in stand.records])) * HALF
+        noise = HALF * float(np.median([noise_of(r.t, r[r.effort]) for r in stand.records]))
     return replace(model, sensors=replace(model.sensors, effort_noise=noise))
 
 

@@ -45,44 +45,55 @@ def hushed(records: Sequence[JointRecord], model: JointModel) -> Hushed | None:
     records : sequence of JointRecord
         With positions and speeds, evenly spaced.
     model : JointModel
-        Which states the noise of the effort's sensor.
     """
-    stated = effort_noise(model)
     seen = [np.column_stack([r["position"], measured_velocity(r, model), r[r.effort]]) for r in records]
-    enough = all(
+    if not all(
         len(r.t) > 2 * WINDOWS[0] and np.isfinite(s).any(axis=0).all() for r, s in zip(records, seen, strict=True)
-    )
-    if stated == 0 or not enough:
+    ):
         return None
     whole = [np.column_stack([bridged(r.t, column) for column in s.T]) for r, s in zip(records, seen, strict=True)]
-    for window in WINDOWS:
-        slow = float(savgol_coeffs(window, 3)[window // 2])  # share of white noise's power that the window lets through
-        quick = [part - savgol_filter(part, window, 3, axis=0) for part in whole]
-        parts = own_noise(quick, stated * (1 - slow) ** 0.5)
-        if parts is not None:
-            period = float(np.median(np.diff(records[0].t)))
-            # at a mode that is slower than the window all noise is as it was
-            left = stated * (slow**0.5 if spans_mode(window * period, model) else 1.0)
-            sensors = replace(model.sensors, effort_noise=left, effort_resolution=0.0)
-            pairs = zip(records, parts, strict=True)
-            return Hushed([without_noise(r, part) for r, part in pairs], replace(model, sensors=sensors))
-    return None
+    told = {window: own_noise(whole, window) for window in WINDOWS}
+    # where none is stated, noise is what is the same through windows of any length
+    stated = effort_noise(model) or told[WINDOWS[-1]].size
+    windows = WINDOWS if effort_noise(model) > 0 else WINDOWS[:-1]
+    window = next((w for w in windows if told[w].size < QUIET * stated and told[w].share > MOSTLY), None)
+    if window is None:
+        return None
+    period = float(np.median(np.diff(records[0].t)))
+    # at a mode that is slower than the window all noise is as it was
+    left = stated * (passed(window) ** 0.5 if spans_mode(window * period, model) else 1.0)
+    sensors = replace(model.sensors, effort_noise=left, effort_resolution=0.0)
+    pairs = zip(records, told[window].parts, strict=True)
+    return Hushed([without_noise(r, part) for r, part in pairs], replace(model, sensors=sensors))
 
 
-def own_noise(quick: Sequence[Array], stated: float) -> list[Array] | None:
-    """What the effort's noise adds to quick parts ``(n, 3)`` of position, speed and effort; None if it is not `stated`.
+class OwnNoise(NamedTuple):
+    """Quick part of the effort's own noise, how large that noise is, and the share of samples that show it."""
+
+    parts: list[Array]
+    size: float
+    share: float
+
+
+def own_noise(whole: Sequence[Array], window: int) -> OwnNoise:
+    """What is the effort's own of the quick parts of position, speed and effort ``(n, 3)``.
 
     Where the setpoint bends, the effort does so for another reason, and nothing is told.
     """
-    X, y = np.split(np.concatenate(quick), [2], axis=1)
+    quick = np.concatenate([part - savgol_filter(part, window, 3, axis=0) for part in whole])
+    X, y = quick[:, :2], quick[:, 2]
     scale, kept = np.maximum(np.linalg.norm(X, axis=0), 1e-300), np.ones(len(y), dtype=np.bool_)
     for _ in range(4):
-        left = y[:, 0] - X @ (np.linalg.lstsq(X[kept] / scale, y[kept, 0], rcond=1e-9)[0] / scale)
+        left = y - X @ (np.linalg.lstsq(X[kept] / scale, y[kept], rcond=1e-9)[0] / scale)
         size = 1.4826 * float(np.median(np.abs(left)))
         kept = np.abs(left) < OUTLYING * size
-    if size > QUIET * stated or kept.mean() < MOSTLY:
-        return None
-    return np.split(np.where(kept, left, 0.0), np.cumsum([len(part) for part in quick])[:-1])
+    parts = np.split(np.where(kept, left, 0.0), np.cumsum([len(part) for part in whole])[:-1])
+    return OwnNoise(parts, size / (1 - passed(window)) ** 0.5, float(kept.mean()))
+
+
+def passed(window: int) -> float:
+    """Share of white noise's power that a cubic through `window` samples lets through."""
+    return float(savgol_coeffs(window, 3)[window // 2])
 
 
 def spans_mode(seconds: float, model: JointModel) -> bool:
