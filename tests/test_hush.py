@@ -10,7 +10,6 @@ from gsfdi.model import Sensors
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.contract import settle_contract
 from gsfdi.reconcile.hush import hushed
-
 from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.simulate import simulate_record
 from gsfdi.types import Array, JointRecord
