@@ -9,6 +9,7 @@ from joints import MODEL, without_speed
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
+from gsfdi.reconcile.bench import shared_noise
 from gsfdi.reconcile.contract import settle_contract
 from gsfdi.reconcile.noise import effort_floor, surprise
 from gsfdi.simulate import simulate_record
@@ -156,3 +157,10 @@ def test_what_rarely_sets_in_is_dated_where_it_plainly_does() -> None:
     (entry,) = answer.omitted_physics
     assert entry["term"] == "cogging"
     assert entry["onset_s"] == pytest.approx(25.0, abs=0.2)
+
+
+@pytest.mark.parametrize(("ticks", "share"), [(0.0, 1.0), (0.25, 0.75), (2.0, 0.0)])
+def test_an_effort_that_acts_late_shares_less_of_its_noise_with_the_speed_it_tells(ticks: float, share: float) -> None:
+    late = replace(MODEL, physics=(TermUse("actuation_delay", {"delay_s": 0.01 * ticks}),))
+    whole = shared_noise(MODEL, "motor_current", 15.0)
+    assert shared_noise(late, "motor_current", 15.0) == pytest.approx(share * whole)

@@ -132,7 +132,7 @@ class Bench:
         variances = [float("inf")] * 2
         for row, variance in zip(self.system.rows, self.system.R, strict=True):
             variances[row] = float(variance)
-        shared = shared_noise(self.model, self.records[0].effort, self.lever)
+        shared = shared_noise(model, self.records[0].effort, self.lever)
         system = observed(model, self.scales.period, (variances[0], variances[1]), shared)
         return replace(self, system=system, gain=steady_gain(system, spread), spread=spread)
 
@@ -252,8 +252,13 @@ def moves(record: JointRecord, channel: str) -> bool:
 
 
 def shared_noise(model: JointModel, effort: str, lever: float) -> float:
-    """Covariance of the noise of a speed that the effort told with that of the drive's torque [N m rad/s]."""
-    return lever * drive_gain(model, effort) * effort_noise(model) ** 2
+    """Covariance of the noise of a speed that the effort told with that of the drive's torque [N m rad/s].
+
+    Of an effort that acts late, only the share counts for which it acts before the next one is told.
+    """
+    late = sum(use.values["delay_s"] for use in model.physics if use.term == "actuation_delay")
+    share = max(0.0, 1.0 - late * (model.controller.sample_rate if model.controller else 0.0))
+    return share * lever * drive_gain(model, effort) * effort_noise(model) ** 2
 
 
 def drive_gain(model: JointModel, effort: str) -> float:
