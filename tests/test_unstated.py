@@ -74,3 +74,11 @@ def test_a_sound_joint_that_hardly_works_is_sound_by_a_model_that_states_no_nois
         channels = {name: record[name] for name in record.channels if name not in lacking}
         nominal = replace(SILENT, controller=None) if lacking else SILENT
         assert reconcile([replace(record, channels=channels, valid={})], nominal).verdict == "no_mismatch"
+
+
+def test_an_effort_that_is_rounded_more_coarsely_than_stated_is_no_mismatch() -> None:
+    for seed in range(2):
+        record = simulate_record(MODEL, seed=seed, duration=60.0)
+        rounded = np.round(record["motor_current"] / 1e-3) * 1e-3  # five times the stated noise
+        coarse = replace(record, channels={**record.channels, "motor_current": rounded}, valid={})
+        assert reconcile([coarse], MODEL).verdict == "no_mismatch"

@@ -40,7 +40,7 @@ def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple
 
 
 def as_shown(records: Sequence[JointRecord], model: JointModel) -> JointModel:
-    """Give `model` with the noise of sensors of which it states nothing as their values show it."""
+    """Give `model` with the noise of sensors of which it states nothing, and the grain of an effort, as values show."""
     sensors, ratio = model.sensors, 1.0 if model.structure == "flexible" else model.plant.gear_ratio
     usable = [record for record in records if len(record.t) >= LEAST]
     positions = [(r.t, r["position"]) for r in usable if "position" in r]
@@ -54,6 +54,9 @@ def as_shown(records: Sequence[JointRecord], model: JointModel) -> JointModel:
         rounding = grain / np.sqrt(12.0)
         noise = float(np.sqrt(seen**2 - rounding**2)) if seen > NOISY * rounding else 0.0
         sensors = replace(sensors, **{f"{channel}_noise": noise, f"{channel}_resolution": grain})
+    if effort_noise(model) > 0:
+        grain = max((grain_of(r[r.effort]) for r in usable if r.effort in r), default=0.0)
+        sensors = replace(sensors, effort_resolution=max(sensors.effort_resolution, grain))
     return replace(model, sensors=sensors)
 
 
