@@ -82,3 +82,21 @@ def test_an_effort_that_is_rounded_more_coarsely_than_stated_is_no_mismatch() ->
         rounded = np.round(record["motor_current"] / 1e-3) * 1e-3  # five times the stated noise
         coarse = replace(record, channels={**record.channels, "motor_current": rounded}, valid={})
         assert reconcile([coarse], MODEL).verdict == "no_mismatch"
+
+
+@pytest.mark.parametrize("known", KNOWN)
+def test_noise_that_is_stated_far_too_small_is_no_mismatch(known: dict[str, bool]) -> None:
+    true = MODEL.sensors
+    boasted = replace(
+        true,
+        position_noise=true.position_noise / 4,
+        motor_velocity_noise=true.motor_velocity_noise / 4,
+        effort_noise=true.effort_noise / 4,
+    )
+    nominal = replace(MODEL, sensors=boasted, controller=MODEL.controller if known["law"] else None)
+    assert reconcile([shown(MODEL, known["speed"])], nominal).verdict == "no_mismatch"
+
+
+def test_a_ripple_of_the_motor_is_no_noise() -> None:
+    rippling = replace(MODEL, physics=(TermUse("cogging", {"amplitude_nm": 5.0, "order": 9.0, "phase_rad": 0.0}),))
+    assert as_shown([shown(rippling)], MODEL) == MODEL

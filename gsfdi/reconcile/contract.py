@@ -9,11 +9,11 @@ from scipy.interpolate import CubicSpline
 
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.bench import Bench, bench
-from gsfdi.reconcile.clean import cleaned
+from gsfdi.reconcile.clean import EXACT, cleaned
 from gsfdi.reconcile.hush import hushed
 from gsfdi.reconcile.law import LawCheck, check_law
 from gsfdi.reconcile.noise import effort_floor
-from gsfdi.reconcile.sensing import effort_noise, grain_of, noise_of
+from gsfdi.reconcile.sensing import FAR, effort_noise, grain_of, noise_of
 from gsfdi.reconcile.sheet import LawFinding, joined
 from gsfdi.reconcile.told import GAINS, is_telling, told
 from gsfdi.types import JointRecord
@@ -118,18 +118,32 @@ def settle_contract(
 
 
 def with_effort_noise(model: JointModel, law: LawCheck | None, stand: Bench) -> JointModel:
-    """State the noise of the effort's sensor, where `model` states none, as law or effort show it.
+    """State the noise of the effort's sensor as law or effort show it, where `model` states none, or far too little.
 
-    A law that is fed with a logged speed leaves it. Where none is, the effort hisses with its own noise and with that
-    of the controller's speed: half of its power from either is as good a guess as any.
+    A law that is fed with a logged speed leaves it. Where none is, the effort hisses with its own noise and with what
+    the law makes of that of its speed: if nothing is stated, half of its power from either is as good a guess as any.
     """
-    if effort_noise(model) > 0:
-        return model
+    noise = effort_noise(model)
     if law is not None and stand.sees_speed:
-        noise = law.noise
+        noise = max(noise, law.noise) if law.after < EXACT * law.noise else noise or law.noise
     else:
-        noise = HALF * float(np.median([noise_of(r.t, r[r.effort]) for r in stand.records]))
-    return replace(model, sensors=replace(model.sensors, effort_noise=noise))
+        seen = float(np.median([noise_of(r.t, r[r.effort], order=9) for r in stand.records]))
+        known = float(np.hypot(noise, reaction(model)))
+        noise = HALF * seen if noise == 0 else noise * seen / known if seen > FAR * known else noise
+    if noise == effort_noise(model):
+        return model
+    return replace(model, sensors=replace(model.sensors, effort_noise=noise, effort_resolution=0.0))
+
+
+def reaction(model: JointModel) -> float:
+    """Effort that a law makes of the noise of a speed that nobody logged; infinite where either is unknown."""
+    law, sensors = model.controller, model.sensors
+    if law is None or sensors.motor_velocity_noise == 0:
+        return float("inf")
+    position = float(np.hypot(sensors.position_noise, sensors.position_resolution / np.sqrt(12.0)))
+    return float(
+        np.hypot(law.derivative * sensors.motor_velocity_noise / model.plant.gear_ratio, law.proportional * position)
+    )
 
 
 def is_between_ticks(stamps: Sequence[LawFinding], model: JointModel) -> bool:

@@ -13,7 +13,7 @@ from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.blind import BETWEEN, blind, instrumental
 from gsfdi.reconcile.lagging import LAG, with_positions
-from gsfdi.reconcile.sensing import effort_noise
+from gsfdi.reconcile.sensing import FAR, effort_noise
 from gsfdi.reconcile.sheet import (
     Held,
     LawFinding,
@@ -22,6 +22,7 @@ from gsfdi.reconcile.sheet import (
     against,
     centred,
     columns_of,
+    hiss,
     level,
     misfits,
     scaled,
@@ -78,6 +79,9 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
             break
         held = replace(held, findings=(*held.findings, max(trials, key=lambda f: f.gain)))
     findings = tuple(f for f in held.findings if f.term != LAG)
+    clocked = len(findings) < len(held.findings) or held.late > 0  # the noise of another moment hisses, too
+    if measured and not clocked and (left := hiss(held.off)) > FAR * noise:
+        noise = left
     return LawCheck(before, held.left, size, noise, findings, held.aged.derivative_delay)
 
 

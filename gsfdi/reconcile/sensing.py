@@ -14,6 +14,10 @@ from gsfdi.types import Array, JointRecord
 
 LEAST = 50
 """Samples from which the noise of a channel may be told."""
+FAR = 2.0
+"""Times its stated noise from which a sensor is taken to be as noisy as its values look.
+
+A joint follows the noise of its sensors, so that they look noisier than they are."""
 NOISY = 1.5
 """Times what rounding alone would show from which a channel has noise besides."""
 
@@ -40,24 +44,34 @@ def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple
 
 
 def as_shown(records: Sequence[JointRecord], model: JointModel) -> JointModel:
-    """Give `model` with the noise of sensors of which it states nothing, and the grain of an effort, as values show."""
+    """Give `model` with the noise of its sensors as values show it, where it states none, or far too little."""
     sensors, ratio = model.sensors, 1.0 if model.structure == "flexible" else model.plant.gear_ratio
     usable = [record for record in records if len(record.t) >= LEAST]
     positions = [(r.t, r["position"]) for r in usable if "position" in r]
     speeds = [(r.t, ratio * measured_velocity(r, model)) for r in usable]
     for channel, shown in (("position", positions), ("motor_velocity", speeds)):
-        if getattr(sensors, f"{channel}_noise") + getattr(sensors, f"{channel}_resolution") > 0:
-            continue
+        stated = getattr(sensors, f"{channel}_noise"), getattr(sensors, f"{channel}_resolution")
         if not shown or not all(np.isfinite(v).sum() >= LEAST and np.ptp(v[np.isfinite(v)]) > 0 for _, v in shown):
             continue
-        seen, grain = float(np.median([noise_of(*one) for one in shown])), max(grain_of(v) for _, v in shown)
-        rounding = grain / np.sqrt(12.0)
-        noise = float(np.sqrt(seen**2 - rounding**2)) if seen > NOISY * rounding else 0.0
-        sensors = replace(sensors, **{f"{channel}_noise": noise, f"{channel}_resolution": grain})
+        grain = max(grain_of(v) for _, v in shown)
+        noise = stated[0]
+        if sum(stated) == 0:
+            noise = beyond(float(np.median([noise_of(*one) for one in shown])), grain)
+        elif (seen := float(np.median([noise_of(*one, order=9) for one in shown]))) > FAR * float(
+            np.hypot(stated[0], max(stated[1], grain) / np.sqrt(12.0))
+        ):
+            noise = beyond(seen, grain)
+        sensors = replace(sensors, **{f"{channel}_noise": noise, f"{channel}_resolution": stated[1] or grain})
     if effort_noise(model) > 0:
         grain = max((grain_of(r[r.effort]) for r in usable if r.effort in r), default=0.0)
         sensors = replace(sensors, effort_resolution=max(sensors.effort_resolution, grain))
     return replace(model, sensors=sensors)
+
+
+def beyond(seen: float, grain: float) -> float:
+    """Noise that values show besides their rounding to `grain`."""
+    rounding = grain / np.sqrt(12.0)
+    return float(np.sqrt(seen**2 - rounding**2)) if seen > NOISY * rounding else 0.0
 
 
 def shown_speed(trace: Trace, model: JointModel) -> Array:
@@ -75,16 +89,19 @@ def effort_noise(model: JointModel) -> float:
     return float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12.0)))
 
 
-def noise_of(t: Array, values: Array) -> float:
-    """Standard deviation of a channel's white noise, from fifth divided differences, which motion hardly enters."""
+def noise_of(t: Array, values: Array, order: int = 5) -> float:
+    """Standard deviation of a channel's white noise, from divided differences, which motion hardly enters.
+
+    The higher their order, the less a joint that rings or ripples seems to be noise.
+    """
     there = np.isfinite(values)
     t, values = t[there], values[there]
-    at, near = sliding_window_view(t, 6), sliding_window_view(values, 6)
+    at, near = sliding_window_view(t, order + 1), sliding_window_view(values, order + 1)
     weights = np.ones(at.shape)
-    for i, j in permutations(range(6), 2):
+    for i, j in permutations(range(order + 1), 2):
         weights[:, i] /= at[:, i] - at[:, j]
-    fifth = np.sum(weights * near, axis=1) / np.linalg.norm(weights, axis=1)
-    spread = float(1.4826 * np.median(np.abs(fifth)))
+    differences = np.sum(weights * near, axis=1) / np.linalg.norm(weights, axis=1)
+    spread = float(1.4826 * np.median(np.abs(differences)))
     return float(max(spread, grain_of(values) / 12.0**0.5))
 
 

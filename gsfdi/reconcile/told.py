@@ -53,8 +53,6 @@ FAR = 1.5
 """Times the stated noise of its sensors above which a told speed is taken to be as noisy as it looks.
 
 The joint follows its sensors' noise, so that a speed looks noisier than it is."""
-
-
 LEAST = 1.05
 """Noise of a told speed over what the effort's makes of it, at least: a little of it is the speed sensor's own."""
 
