@@ -20,6 +20,8 @@ from gsfdi.types import JointRecord, Mask
 
 EXACT = 1.3
 """Misfit of a law, over the effort's noise, up to which the law is exact: one that is white is nothing else."""
+AGED = 0.25
+"""Ticks by which a logged speed may lag; of one that lags by more, the lag came out low by a twentieth."""
 SMOOTH = 2e-3
 """Misfit of a learnt law, as a share of the effort, that is a trifle where no noise is stated."""
 
@@ -28,7 +30,7 @@ def cleaned(records: Sequence[JointRecord], model: JointModel, law: LawCheck | N
     """Records with the law's effort in the place of the recorded one; None where no law is exact."""
     noise = effort_noise(model)
     if law is not None:
-        if law.noise <= 0 or noise <= 0 or law.after > EXACT * noise:
+        if law.noise <= 0 or noise <= 0 or law.after > EXACT * noise or is_old(law, model):
             return None
         # wrong gains are in the model's controller already, and a late stamp in the records
         left = [f for f in law.findings if f.term in ("current_gain", "current_bias", "current_limit", "position_gain")]
@@ -40,6 +42,11 @@ def cleaned(records: Sequence[JointRecord], model: JointModel, law: LawCheck | N
         return None
     fake = replace(model, controller=learnt)
     return [_driven(r, fake, ()) for r in records]
+
+
+def is_old(law: LawCheck, model: JointModel) -> bool:
+    """Whether a logged speed lags so far that the one which the controller had is only guessed."""
+    return model.controller is not None and -law.derivative_delay * model.controller.sample_rate > AGED
 
 
 def _driven(record: JointRecord, model: JointModel, findings: Sequence[LawFinding]) -> JointRecord:

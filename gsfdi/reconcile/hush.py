@@ -28,6 +28,8 @@ OUTLYING = 4.0
 """Spreads beyond which it is a corner of the setpoint."""
 MOSTLY = 0.95
 """Share of the samples that must be no such corner."""
+ANSWERED = 0.3
+"""Share of a quick effort that its sensors tell from which it answers their noise: of an arm's that was quiet, 0.05."""
 
 
 class Hushed(NamedTuple):
@@ -56,7 +58,8 @@ def hushed(records: Sequence[JointRecord], model: JointModel) -> Hushed | None:
     # where none is stated, noise is what is the same through windows of any length
     stated = effort_noise(model) or told[WINDOWS[-1]].size
     windows = WINDOWS if effort_noise(model) > 0 else WINDOWS[:-1]
-    window = next((w for w in windows if told[w].size < QUIET * stated and told[w].share > MOSTLY), None)
+    enough = [w for w in windows if told[w].share > MOSTLY and told[w].answered > ANSWERED]
+    window = next((w for w in enough if told[w].size < QUIET * stated), None)
     if window is None:
         return None
     period = float(np.median(np.diff(records[0].t)))
@@ -68,11 +71,15 @@ def hushed(records: Sequence[JointRecord], model: JointModel) -> Hushed | None:
 
 
 class OwnNoise(NamedTuple):
-    """Quick part of the effort's own noise, how large that noise is, and the share of samples that show it."""
+    """Quick part of the effort's own noise, and how large that noise is.
+
+    `share` of the samples show it; `answered` is the share of the quick effort's power that position and speed tell.
+    """
 
     parts: list[Array]
     size: float
     share: float
+    answered: float
 
 
 def own_noise(whole: Sequence[Array], window: int) -> OwnNoise:
@@ -88,7 +95,8 @@ def own_noise(whole: Sequence[Array], window: int) -> OwnNoise:
         size = 1.4826 * float(np.median(np.abs(left)))
         kept = np.abs(left) < OUTLYING * size
     parts = np.split(np.where(kept, left, 0.0), np.cumsum([len(part) for part in whole])[:-1])
-    return OwnNoise(parts, size / (1 - passed(window)) ** 0.5, float(kept.mean()))
+    answered = 1 - float(left[kept] @ left[kept]) / max(float(y[kept] @ y[kept]), 1e-300)
+    return OwnNoise(parts, size / (1 - passed(window)) ** 0.5, float(kept.mean()), answered)
 
 
 def passed(window: int) -> float:
