@@ -159,11 +159,13 @@ def one(job: tuple[str, Design, int]) -> Told:
 def main() -> None:
     """Run the families that are asked for, or all."""
     asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("families", nargs="*", metavar="FAMILY", help=", ".join(FAMILIES))
+    asked.add_argument("families", nargs="*", metavar="FAMILY", help=" | ".join(FAMILIES))
     asked.add_argument("--first", type=int, default=100, help="seed of the first case of every family")
     asked.add_argument("--jobs", type=int, default=2)
     call = asked.parse_args()
     names = call.families or list(FAMILIES)
+    if unknown := [name for name in names if name not in FAMILIES]:
+        asked.error(f"no such family: {unknown[0]}")
     jobs = [(name, design, call.first + i) for name in names for i, design in enumerate(designs(FAMILIES[name]))]
     counts = {name: [0, 0, 0, 0] for name in names}
     with ProcessPoolExecutor(call.jobs) as pool:

@@ -15,7 +15,7 @@ from gsfdi.fit import Fitted, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.contract import levels
+from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import (
     CHANCE,
     KNOB_COST,

@@ -7,20 +7,16 @@ from functools import reduce
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from gsfdi.model import JointModel, Side, TermUse
+from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.bench import Bench, bench
-from gsfdi.reconcile.clean import EXACT, cleaned
-from gsfdi.reconcile.hush import hushed
+from gsfdi.reconcile.driving import driven_by, with_effort_noise
 from gsfdi.reconcile.law import LawCheck, check_law
-from gsfdi.reconcile.noise import effort_floor
-from gsfdi.reconcile.sensing import FAR, effort_noise, grain_of, noise_of
+from gsfdi.reconcile.sensing import grain_of
 from gsfdi.reconcile.sheet import LawFinding, joined
-from gsfdi.reconcile.told import GAINS, is_telling, told
+from gsfdi.reconcile.told import GAINS, is_telling
 from gsfdi.types import JointRecord
 
 LATE = "timestamp_latency"
-HALF = 0.5**0.5
-"""Share of an effort's hiss that is taken for its own sensor's, where nobody knows how noisy that is."""
 PART = 0.02
 """Part of a tick by which stamps may be late as if by whole ones."""
 REVERSED = 0.1
@@ -98,52 +94,12 @@ def settle_contract(
         stand = bench(records, model)
     if coarse is not None:
         new = replace(new, sensors=replace(new.sensors, position_resolution=coarse.values["step_rad"]))
-    exact = cleaned(stand.records, new, law)
-    level = 0.0
-    if exact is not None:
-        level = level_doubt(stand)
-        new = replace(new, physics=(*new.physics, *levels(stand)))
-        new = replace(new, sensors=replace(new.sensors, effort_noise=0.0, effort_resolution=0.0))
-    telling = telling and exact is None and law is not None and law.derivative_delay == 0
-    heard = told(stand.records, new) if telling else None
-    quiet = hushed(stand.records, new) if exact is None and law is None and stand.sees_speed else None
-    if (found := heard or quiet) is not None:
-        exact, new = found.records, found.model
-    elif exact is None:
-        new = with_effort_noise(new, law, stand)
-    if exact is not None or new is not model:
-        lever = heard.lever if heard is not None else 0.0
-        stand = replace(bench(exact or records, new, lever), count=stand.count)  # stretches are no recordings
-    return Settled(stand, logged, new, law, tuple(f for f in (backwards, coarse) if f is not None), level)
-
-
-def with_effort_noise(model: JointModel, law: LawCheck | None, stand: Bench) -> JointModel:
-    """State the noise of the effort's sensor as law or effort show it, where `model` states none, or far too little.
-
-    A law that is fed with a logged speed leaves it. Where none is, the effort hisses with its own noise and with what
-    the law makes of that of its speed: if nothing is stated, half of its power from either is as good a guess as any.
-    """
-    noise = effort_noise(model)
-    if law is not None and stand.sees_speed:
-        noise = max(noise, law.noise) if law.after < EXACT * law.noise else noise or law.noise
-    else:
-        seen = float(np.median([noise_of(r.t, r[r.effort], order=9) for r in stand.records]))
-        known = float(np.hypot(noise, reaction(model)))
-        noise = HALF * seen if noise == 0 else noise * seen / known if seen > FAR * known else noise
-    if noise == effort_noise(model):
-        return model
-    return replace(model, sensors=replace(model.sensors, effort_noise=noise, effort_resolution=0.0))
-
-
-def reaction(model: JointModel) -> float:
-    """Effort that a law makes of the noise of a speed that nobody logged; infinite where either is unknown."""
-    law, sensors = model.controller, model.sensors
-    if law is None or sensors.motor_velocity_noise == 0:
-        return float("inf")
-    position = float(np.hypot(sensors.position_noise, sensors.position_resolution / np.sqrt(12.0)))
-    return float(
-        np.hypot(law.derivative * sensors.motor_velocity_noise / model.plant.gear_ratio, law.proportional * position)
-    )
+    driving = driven_by(stand, new, law, telling)
+    if driving.records is not None or driving.model is not model:
+        measured = bench(driving.records or records, driving.model, driving.lever)
+        stand = replace(measured, count=stand.count)  # stretches are no recordings
+    shown = tuple(f for f in (backwards, coarse) if f is not None)
+    return Settled(stand, logged, driving.model, law, shown, driving.level)
 
 
 def is_between_ticks(stamps: Sequence[LawFinding], model: JointModel) -> bool:
@@ -167,22 +123,6 @@ def corrected_law(law: LawCheck, finding: LawFinding) -> LawCheck:
     if finding.term == "derivative_delay":
         return replace(law, derivative_delay=finding.values["delay_s"])
     return replace(law, findings=joined(law.findings, finding))
-
-
-def levels(stand: Bench) -> list[TermUse]:
-    """Lay out the constants of a recomputed effort: the first, and what each stretch after a gap has beyond it.
-
-    Several recordings have clocks of their own, on which a load that sets in cannot stand for one of them.
-    """
-    side: Side | None = "output" if stand.model.structure == "flexible" else None
-    later = [float(record.t[0]) for record in stand.records[1:]] if stand.count == 1 else []
-    return [TermUse("constant_load", {"torque_nm": 0.0}, side, onset) for onset in (None, *later)]
-
-
-def level_doubt(stand: Bench) -> float:
-    """Standard deviation of a recomputed effort's constant, as torque: noise of the recorded one over all samples."""
-    samples = min(len(record.t) for record in stand.records)
-    return float(max(effort_floor(stand)[0] / samples**0.5, 1e-6 * stand.scales.torque))
 
 
 def corrected(model: JointModel, finding: LawFinding) -> JointModel:

@@ -1,10 +1,10 @@
 """An effort rid of what its own sensor adds from sample to sample, where nobody knows law or setpoint.
 
 Under feedback a joint moves with its sensors' noise, and the recorded effort with that of its own as well. Driven by
-it, a fault-free joint seems to answer too weakly, and fits blame the gearbox: of 42 such joints of the proof's world 10
-were given a damping, an inertia or a delay, and none where the noise is told. But within a few samples a setpoint
-hardly bends, and what the effort does there is the loop's answer to the logged position and speed. Its gains can be
-read off (to 2 % of the true ones), and what they do not account for is the effort's own noise.
+it, a fault-free joint seems to answer too weakly, and fits blame the gearbox: of 46 such joints of the proof's world 10
+were given a damping, an inertia or a delay; told so, two of the next 30. For within a few samples a setpoint hardly
+bends, and what the effort does there is the loop's answer to the logged position and speed. Its gains can be read off
+(to 2 % of the true ones), and what they do not account for is the effort's own noise.
 """
 
 from collections.abc import Sequence

@@ -13,7 +13,8 @@ from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.calibrate import by_chance
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.compete import Contest, compete, undecided
-from gsfdi.reconcile.contract import Settled, levels
+from gsfdi.reconcile.contract import Settled
+from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
 from gsfdi.reconcile.entries import groups_of, law_entries, parameters_of, shift_entries, smallest_seen, term_entries
 from gsfdi.reconcile.evidence import evidence_of

@@ -36,7 +36,7 @@ def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple
         if not all(np.isfinite(v).any() and np.ptp(v[np.isfinite(v)]) > 0 for v in values):
             found.append(np.inf)
             continue
-        seen = float(np.median([noise_of(*shown) for shown in zip(times, values, strict=True)]))
+        seen = seen_noise(list(zip(times, values, strict=True)))
         grain = max(grain_of(v) for v in values)
         believed = np.hypot(noise, max(resolution, grain) / np.sqrt(12.0)) if noise + resolution > 0 else seen
         found.append(max(believed, 1e-3 * seen, 1e-12) ** 2)
@@ -46,32 +46,38 @@ def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple
 def as_shown(records: Sequence[JointRecord], model: JointModel) -> JointModel:
     """Give `model` with the noise of its sensors as values show it, where it states none, or far too little."""
     sensors, ratio = model.sensors, 1.0 if model.structure == "flexible" else model.plant.gear_ratio
-    usable = [record for record in records if len(record.t) >= LEAST]
-    positions = [(r.t, r["position"]) for r in usable if "position" in r]
+    usable = [
+        record for record in records if len(record.t) >= LEAST and {"position", record.effort} <= set(record.channels)
+    ]
+    positions = [(r.t, r["position"]) for r in usable]
     speeds = [(r.t, ratio * measured_velocity(r, model)) for r in usable]
     for channel, shown in (("position", positions), ("motor_velocity", speeds)):
-        stated = getattr(sensors, f"{channel}_noise"), getattr(sensors, f"{channel}_resolution")
-        if not shown or not all(np.isfinite(v).sum() >= LEAST and np.ptp(v[np.isfinite(v)]) > 0 for _, v in shown):
-            continue
-        grain = max(grain_of(v) for _, v in shown)
-        noise = stated[0]
-        if sum(stated) == 0:
-            noise = beyond(float(np.median([noise_of(*one) for one in shown])), grain)
-        elif (seen := float(np.median([noise_of(*one, order=9) for one in shown]))) > FAR * float(
-            np.hypot(stated[0], max(stated[1], grain) / np.sqrt(12.0))
-        ):
-            noise = beyond(seen, grain)
-        sensors = replace(sensors, **{f"{channel}_noise": noise, f"{channel}_resolution": stated[1] or grain})
+        if shown and all(np.isfinite(v).sum() >= LEAST and np.ptp(v[np.isfinite(v)]) > 0 for _, v in shown):
+            stated = getattr(sensors, f"{channel}_noise"), getattr(sensors, f"{channel}_resolution")
+            noise, resolution = told_by(shown, *stated)
+            sensors = replace(sensors, **{f"{channel}_noise": noise, f"{channel}_resolution": resolution})
     if effort_noise(model) > 0:
-        grain = max((grain_of(r[r.effort]) for r in usable if r.effort in r), default=0.0)
+        grain = max((grain_of(r[r.effort]) for r in usable), default=0.0)
         sensors = replace(sensors, effort_resolution=max(sensors.effort_resolution, grain))
     return replace(model, sensors=sensors)
 
 
-def beyond(seen: float, grain: float) -> float:
-    """Noise that values show besides their rounding to `grain`."""
+def told_by(shown: Sequence[tuple[Array, Array]], noise: float, resolution: float) -> tuple[float, float]:
+    """Noise and resolution of a sensor: as stated, unless nothing is, or its values show far more noise."""
+    grain = max(grain_of(values) for _, values in shown)
     rounding = grain / np.sqrt(12.0)
-    return float(np.sqrt(seen**2 - rounding**2)) if seen > NOISY * rounding else 0.0
+    if noise + resolution > 0:
+        seen = seen_noise(shown, order=9)
+        if seen < FAR * np.hypot(noise, max(resolution, grain) / np.sqrt(12.0)):
+            return noise, resolution or grain
+    else:
+        seen = seen_noise(shown)
+    return float(np.sqrt(seen**2 - rounding**2)) if seen > NOISY * rounding else 0.0, resolution or grain
+
+
+def seen_noise(shown: Sequence[tuple[Array, Array]], order: int = 5) -> float:
+    """White noise of a channel in several records ``(t, values)``: the median of theirs."""
+    return float(np.median([noise_of(t, values, order) for t, values in shown]))
 
 
 def shown_speed(trace: Trace, model: JointModel) -> Array:

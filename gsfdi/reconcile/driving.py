@@ -1,0 +1,105 @@
+"""What drives the model of a recorded joint: the effort as nearly as it can be told, and how noisy that still is."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gsfdi.model import JointModel, Side, TermUse
+from gsfdi.reconcile.bench import Bench
+from gsfdi.reconcile.clean import EXACT, cleaned
+from gsfdi.reconcile.hush import hushed
+from gsfdi.reconcile.law import LawCheck
+from gsfdi.reconcile.noise import effort_floor
+from gsfdi.reconcile.sensing import FAR, effort_noise, seen_noise
+from gsfdi.reconcile.told import told
+from gsfdi.types import JointRecord
+
+HALF = 0.5**0.5
+"""Share of an effort's hiss that is taken for its own sensor's, where nobody knows how noisy that is."""
+
+
+class Driving(NamedTuple):
+    """Records with the effort that drives the model, and the model with what is known of its noise.
+
+    `records` are None where they stay as they are. `level` doubts the constant of a recomputed effort [N m], whose
+    terms are then the model's last; `lever` is that of a told speed (see `gsfdi.reconcile.bench.Bench`).
+    """
+
+    records: Sequence[JointRecord] | None
+    model: JointModel
+    level: float = 0.0
+    lever: float = 0.0
+
+
+def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bool) -> Driving:
+    """Tell the effort by the law where it is exact, else what the effort tells: a speed, or its own noise.
+
+    Parameters
+    ----------
+    stand : Bench
+        With the records as they are.
+    model : JointModel
+        With what is wrong of the law put right.
+    law : LawCheck or None
+    telling : bool
+        Whether the law tells a speed that nobody logged.
+    """
+    exact = cleaned(stand.records, model, law)
+    if exact is not None:
+        silent = replace(model.sensors, effort_noise=0.0, effort_resolution=0.0)
+        leveled = replace(model, sensors=silent, physics=(*model.physics, *levels(stand)))
+        return Driving(exact, leveled, level=level_doubt(stand))
+    if law is not None:
+        heard = told(stand.records, model) if telling and law.derivative_delay == 0 else None
+        if heard is not None:
+            return Driving(heard.records, heard.model, lever=heard.lever)
+    elif stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:
+        return Driving(quiet.records, quiet.model)
+    return Driving(None, with_effort_noise(model, law, stand))
+
+
+def levels(stand: Bench) -> list[TermUse]:
+    """Lay out the constants of a recomputed effort: the first, and what each stretch after a gap has beyond it.
+
+    Several recordings have clocks of their own, on which a load that sets in cannot stand for one of them.
+    """
+    side: Side | None = "output" if stand.model.structure == "flexible" else None
+    later = [float(record.t[0]) for record in stand.records[1:]] if stand.count == 1 else []
+    return [TermUse("constant_load", {"torque_nm": 0.0}, side, onset) for onset in (None, *later)]
+
+
+def level_doubt(stand: Bench) -> float:
+    """Standard deviation of a recomputed effort's constant, as torque: noise of the recorded one over all samples."""
+    samples = min(len(record.t) for record in stand.records)
+    return float(max(effort_floor(stand)[0] / samples**0.5, 1e-6 * stand.scales.torque))
+
+
+def with_effort_noise(model: JointModel, law: LawCheck | None, stand: Bench) -> JointModel:
+    """State the noise of the effort's sensor as law or effort show it, where `model` states none, or far too little.
+
+    A law that is fed with a logged speed leaves it. Where none is, the effort hisses with its own noise and with what
+    the law makes of that of its speed: if nothing is stated, half of its power from either is as good a guess as any.
+    """
+    noise = effort_noise(model)
+    if law is not None and stand.sees_speed:
+        noise = max(noise, law.noise) if law.after < EXACT * law.noise else noise or law.noise
+    else:
+        seen = seen_noise([(r.t, r[r.effort]) for r in stand.records], order=9)
+        known = float(np.hypot(noise, reaction(model)))
+        noise = HALF * seen if noise == 0 else noise * seen / known if seen > FAR * known else noise
+    if noise == effort_noise(model):
+        return model
+    return replace(model, sensors=replace(model.sensors, effort_noise=noise, effort_resolution=0.0))
+
+
+def reaction(model: JointModel) -> float:
+    """Effort that a law makes of the noise of a speed that nobody logged; infinite where either is unknown."""
+    law, sensors = model.controller, model.sensors
+    if law is None or sensors.motor_velocity_noise == 0:
+        return float("inf")
+    position = float(np.hypot(sensors.position_noise, sensors.position_resolution / np.sqrt(12.0)))
+    return float(
+        np.hypot(law.derivative * sensors.motor_velocity_noise / model.plant.gear_ratio, law.proportional * position)
+    )
