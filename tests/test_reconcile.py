@@ -16,8 +16,8 @@ from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.clean import learn_law
 from gsfdi.reconcile.compete import Contest, opening
-from gsfdi.reconcile.contract import levels
 from gsfdi.reconcile.dating import middle
+from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
 from gsfdi.reconcile.gaps import at_corners, stretches
 from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing, least_share
