@@ -6,10 +6,9 @@ The joints and what acts in them are those of the proof's own world, which share
 """
 
 import argparse
-import json
 import time
 import tomllib
-from collections.abc import Mapping
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,7 +20,7 @@ import tomli_w
 
 from gsfdi import ingest
 from gsfdi.modelfile import load_models
-from gsfdi.proof.cases import Design, draw, truth_of, write_files
+from gsfdi.proof.cases import Design, draw, write_files
 from gsfdi.proof.joints import CURRENT, FLEXIBLE, LINEAR, TORQUE, Shape
 from gsfdi.reconcile import reconcile
 
@@ -138,18 +137,15 @@ def one(job: tuple[str, Design, int]) -> Told:
         folder = Path(place)
         case = draw(design, seed)
         write_files(case, folder)
-        truth: Mapping[str, object] = json.loads(json.dumps(truth_of(case)))
         misled(folder, family)
         records = ingest.read(sorted(folder.glob("*.parquet"))).records
         start = time.process_time()
         answer = reconcile(records, load_models(folder / "nominal.toml").for_joint(records[0].joint))
         took = time.process_time() - start
-    found = tuple(str(entry["term"]) for entry in answer.omitted_physics)
-    effects = truth["effects"]
-    assert isinstance(effects, list)
-    true = [effect["term"] for effect in effects]
+    found = [str(entry["term"]) for entry in answer.omitted_physics]
+    true = [effect.term for effect in case.world.effects]
     if true:
-        right = found[:1] == tuple(true)
+        right = found[:1] == true
     else:
         right = answer.verdict != "unexplained" and all(term.endswith("_change") for term in found)
     line = f"{design.name} ({seed}): {answer.verdict}, {', '.join(found) or 'nothing'}, {took:.0f} s"
@@ -167,16 +163,15 @@ def main() -> None:
     if unknown := [name for name in names if name not in FAMILIES]:
         asked.error(f"no such family: {unknown[0]}")
     jobs = [(name, design, call.first + i) for name in names for i, design in enumerate(designs(FAMILIES[name]))]
-    counts = {name: [0, 0, 0, 0] for name in names}
+    right, asked_of = Counter[tuple[str, bool]](), Counter[tuple[str, bool]]()
     with ProcessPoolExecutor(call.jobs) as pool:
         for told in pool.map(one, jobs):
             print(told.line, flush=True)
-            counts[told.family][2 * told.sound] += told.right
-            counts[told.family][2 * told.sound + 1] += 1
-    for name, (right, acting, silent, sound) in counts.items():
-        print(
-            f"{name}: first name right {right} of {acting}, nothing but numbers named {silent} of {sound} sound joints"
-        )
+            right[told.family, told.sound] += told.right
+            asked_of[told.family, told.sound] += 1
+    for name in names:
+        acting, sound = (f"{right[name, calm]} of {asked_of[name, calm]}" for calm in (False, True))
+        print(f"{name}: first name right {acting}, nothing but numbers named {sound} sound joints")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,9 @@
 """Joints for the detectors' tests: the paper's joint as it is simulated, and what is learnt of it fault-free."""
 
+from dataclasses import replace
 from functools import cache
+
+import numpy as np
 
 from gsfdi.baseline import Gathering, JointBaseline, learn_joint
 from gsfdi.model import Controller, JointModel, Plant, Sensors
@@ -22,6 +25,16 @@ MODEL = JointModel(
 def record(*faults: str, seed: int = 0, duration: float = 40.0) -> JointRecord:
     """Telemetry of the paper's joint with the faults given as on the command line."""
     return simulate_record(MODEL, faults=tuple(fault_of(one) for one in faults), seed=seed, duration=duration)
+
+
+def swinging(
+    reach: float, rate: float, model: JointModel = MODEL, seed: int = 0, duration: float = 60.0
+) -> JointRecord:
+    """Telemetry of a joint that swings gently, by `reach` [rad] at `rate` [rad/s]."""
+    asked = simulate_record(MODEL, seed=seed, duration=duration)
+    swing = {"setpoint": reach * np.sin(rate * asked.t), "setpoint_rate": reach * rate * np.cos(rate * asked.t)}
+    asked = replace(asked, channels={**asked.channels, **swing}, valid={})
+    return simulate_record(model, replay=asked, seed=seed)
 
 
 @cache

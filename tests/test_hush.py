@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints import MODEL
+from joints import MODEL, swinging
 
 from gsfdi.model import Sensors
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.contract import settle_contract
 from gsfdi.reconcile.hush import hushed
 from gsfdi.reconcile.sensing import effort_noise
-from gsfdi.simulate import simulate_record
 from gsfdi.types import Array, JointRecord
 
 UNKNOWN = replace(MODEL, controller=None)
@@ -20,11 +19,8 @@ SEEN = ("position", "motor_velocity", "motor_current")
 
 def bare(seed: int, noise: float = MODEL.sensors.effort_noise) -> JointRecord:
     """Record a swinging joint as if nobody had logged its setpoint; all but the effort's noise is the same by seed."""
-    asked = simulate_record(MODEL, seed=seed, duration=60.0)
-    swing = {"setpoint": 0.1 * np.sin(0.5 * asked.t), "setpoint_rate": 0.05 * np.cos(0.5 * asked.t)}
-    asked = replace(asked, channels={**asked.channels, **swing}, valid={})
     noisy = replace(MODEL, sensors=replace(MODEL.sensors, effort_noise=noise))
-    record = simulate_record(noisy, replay=asked, seed=seed)
+    record = swinging(0.1, 0.5, noisy, seed)
     return replace(record, channels={name: record[name] for name in SEEN}, valid={})
 
 

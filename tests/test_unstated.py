@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints import MODEL, without_speed
+from joints import MODEL, swinging, without_speed
 
 from gsfdi.model import JointModel, Sensors, TermUse
 from gsfdi.reconcile import reconcile
@@ -67,10 +67,8 @@ def test_a_told_speed_is_never_taken_to_be_quieter_than_the_effort_that_told_it(
 
 
 def test_a_sound_joint_that_hardly_works_is_sound_by_a_model_that_states_no_noise() -> None:
-    asked = simulate_record(MODEL, seed=0, duration=90.0)
-    swing = {"setpoint": 0.3 * np.sin(0.1 * asked.t), "setpoint_rate": 0.03 * np.cos(0.1 * asked.t)}
-    record = simulate_record(MODEL, replay=replace(asked, channels={**asked.channels, **swing}, valid={}), seed=0)
-    for lacking in ({}, {"motor_velocity": None, "setpoint": None, "setpoint_rate": None}):
+    record = swinging(0.3, 0.1, duration=90.0)
+    for lacking in ((), ("motor_velocity", "setpoint", "setpoint_rate")):
         channels = {name: record[name] for name in record.channels if name not in lacking}
         nominal = replace(SILENT, controller=None) if lacking else SILENT
         assert reconcile([replace(record, channels=channels, valid={})], nominal).verdict == "no_mismatch"
@@ -81,6 +79,7 @@ def test_an_effort_that_is_rounded_more_coarsely_than_stated_is_no_mismatch() ->
         record = simulate_record(MODEL, seed=seed, duration=60.0)
         rounded = np.round(record["motor_current"] / 1e-3) * 1e-3  # five times the stated noise
         coarse = replace(record, channels={**record.channels, "motor_current": rounded}, valid={})
+        assert as_shown([coarse], MODEL).sensors.effort_resolution == pytest.approx(1e-3)
         assert reconcile([coarse], MODEL).verdict == "no_mismatch"
 
 

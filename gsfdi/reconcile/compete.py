@@ -33,7 +33,7 @@ from gsfdi.reconcile.finalists import (
     settled_bar,
     settled_onset,
 )
-from gsfdi.reconcile.hand import NEARLY, Round, around, from_below, likelier, settle, started
+from gsfdi.reconcile.hand import Round, around, from_below, leaves_nothing, likelier, settle, started
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
@@ -245,8 +245,8 @@ def contend(
     for entry in distinct([e for e in near if merit(e) > min(e.bar, WORTH)], SETTLED, onsets=False):
         assert entry.fitted is not None
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
-        if best and is_hopeless(likelier(settled, hand), best[0][1], best[2], floor):
-            continue
+        if best and leaves_nothing(best[2], floor) and likelier(settled, hand) < best[0][1]:
+            continue  # no other onset or shape brings it up to one that explains all
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
         if likelier(settled, hand) > 0:
@@ -264,11 +264,6 @@ def contend(
     if best is None:
         return undecided(hand, screening, entries, shelf_terms), None
     return Contest(entries, best[1], trials), from_below(best[2], floor)
-
-
-def is_hopeless(gain: float, most: float, best: Round, floor: Array) -> bool:
-    """Whether a finalist that gains less than the best one so far cannot come up to it: that leaves nothing missing."""
-    return gain < most and bool(np.all(best.torque < NEARLY * floor))
 
 
 def undecided(

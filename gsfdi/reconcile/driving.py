@@ -41,7 +41,7 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
     stand : Bench
         With the records as they are.
     model : JointModel
-        With what is wrong of the law put right.
+        With what is wrong of the law put right, and what it shows of the effort's noise stated.
     law : LawCheck or None
     telling : bool
         Whether the law tells a speed that nobody logged.
@@ -53,11 +53,10 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         return Driving(exact, leveled, level=level_doubt(stand))
     if law is not None:
         heard = told(stand.records, model) if telling and law.derivative_delay == 0 else None
-        if heard is not None:
-            return Driving(heard.records, heard.model, lever=heard.lever)
-    elif stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:
+        return Driving(None, model) if heard is None else Driving(heard.records, heard.model, lever=heard.lever)
+    if stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:
         return Driving(quiet.records, quiet.model)
-    return Driving(None, with_effort_noise(model, law, stand))
+    return Driving(None, with_effort_noise(model, None, stand))
 
 
 def levels(stand: Bench) -> list[TermUse]:

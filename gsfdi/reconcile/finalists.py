@@ -9,7 +9,7 @@ from gsfdi.fit import Fitted, turned
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.hand import NEARLY, Round, is_sensor, settle, with_term
+from gsfdi.reconcile.hand import Round, is_sensor, leaves_nothing, settle, with_term
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.modes import SLOWEST, fastest
 from gsfdi.reconcile.offering import MATERIAL
@@ -179,7 +179,7 @@ def retuned(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
 
     Under a larger one any mode that is faster than the motion is an inertia.
     """
-    if term.frequency is None or np.all(hand.torque < NEARLY * floor):
+    if term.frequency is None or leaves_nothing(hand, floor):
         return hand
     best, place = hand.fitted, len(hand.fitted.model.physics) - 1
     knob = next(knob for knob in best.knobs if (knob.place, knob.name) == (place, term.frequency.name))
@@ -191,8 +191,8 @@ def retuned(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
 
 def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
     """Try the last term's shape at other scales under the noise that now suits it, which slopes do not reach."""
-    if np.all(hand.torque < NEARLY * floor):
-        return hand  # nothing is missing
+    if leaves_nothing(hand, floor):
+        return hand
     model = hand.fitted.model
     use, best = model.physics[-1], (hand.fitted.cost - KNOB_COST, model)
     for param in term.params:

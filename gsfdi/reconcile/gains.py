@@ -14,7 +14,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import opening
 from gsfdi.reconcile.contract import Settled, settle_contract
 from gsfdi.reconcile.doubted import estimated
-from gsfdi.reconcile.hand import NEARLY, Round, likelier, settle
+from gsfdi.reconcile.hand import Round, leaves_nothing, likelier, settle
 from gsfdi.reconcile.law import SURE
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import all_offers, possible
@@ -94,7 +94,7 @@ def better_ones(
         gain = likelier_law(finding, other.first, found.first)
         if is_better(gain, other.first, found.first, rival):
             yield gain, other
-            if np.all(other.first.torque < NEARLY * effort_floor(other.first.stand)):
+            if leaves_nothing(other.first, effort_floor(other.first.stand)):
                 return  # nothing is left to explain
 
 
@@ -125,7 +125,7 @@ def is_better(gain: float, other: Round, first: Round, rival: Entry | None) -> b
     floor = effort_floor(first.stand)
     if gain < SURE or rival is None:
         return gain >= SURE
-    if other.stand.lever == 0 or (gain > rival.linear and np.all(other.torque < NEARLY * floor)):
+    if other.stand.lever == 0 or (gain > rival.linear and leaves_nothing(other, floor)):
         return gain > rival.linear
     fitted = refit(first, rival).fitted
     if fitted is None:

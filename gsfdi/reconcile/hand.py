@@ -113,13 +113,18 @@ def settle(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array)
     return _in_turns(stand, model, knobs, floor, near, (False, True, True))
 
 
+def leaves_nothing(hand: Round, floor: Array) -> bool:
+    """Whether no more process noise is left than what is known to be there."""
+    return bool(np.all(hand.torque < NEARLY * floor))
+
+
 def from_below(hand: Round, floor: Array) -> Round:
     """Settle a second time, from a tenth of the process noise that was found, and keep what is likelier.
 
     Where a joint sticks, too large a noise makes itself true: the observer that expects it shakes the friction loose.
     """
     small = np.all(hand.torque < SMALL * hand.stand.scales.torque)
-    if not small or np.all(hand.torque < NEARLY * floor) or not sticks(hand.fitted.model):
+    if not small or leaves_nothing(hand, floor) or not sticks(hand.fitted.model):
         return hand
     low = np.maximum(floor, 0.1 * hand.torque)
     other = _in_turns(hand.stand, hand.fitted.model, hand.fitted.knobs, floor, low, (True, True))

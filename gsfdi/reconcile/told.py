@@ -16,7 +16,7 @@ import numpy as np
 from gsfdi.model import JointModel
 from gsfdi.reconcile.clean import EXACT
 from gsfdi.reconcile.law import LawCheck
-from gsfdi.reconcile.sensing import effort_noise, noise_of
+from gsfdi.reconcile.sensing import effort_noise, seen_noise
 from gsfdi.reconcile.sheet import Sheet, commanded, sheet_of
 from gsfdi.types import Array, JointRecord
 
@@ -113,6 +113,6 @@ def told_noise(times: Sequence[Array], speeds: Sequence[Array], own: float, thro
 
     `own` is the speed sensor's, `through_effort` what the effort's makes of a told speed.
     """
-    seen = float(np.median([noise_of(*shown) for shown in zip(times, speeds, strict=True)]))
+    seen = seen_noise(list(zip(times, speeds, strict=True)))
     whole = float(np.hypot(own, through_effort))
     return whole if own > 0 and seen < FAR * whole else max(seen, LEAST * through_effort)
