@@ -1,9 +1,9 @@
 """What physics sees of a joint in motion, and what a term of physics has to say of itself.
 
 A term is one scalar law ``law(m, p, s) -> float``: `m` holds the motion quantities below at their fixed places, `p` the
-term's parameters in the order it declares them, `s` its states (two, NaN until the law first runs). Every consumer, the
-compiled replay and a regression alike, calls that one law; what the returned number means follows from the place where
-the term acts (`Place`). Torques are at the output axis and **resist**: a positive law slows positive motion.
+term's parameters in the order it declares them, `s` its `STATES` states (NaN until the law first runs). Every consumer,
+the compiled replay and a regression alike, calls that one law; what the returned number means follows from the place
+where the term acts (`Place`). Torques are at the output axis and **resist**: a positive law slows positive motion.
 
 With Ω the motor angle reflected to the output, ε the wind-up and θ = Ω + ε the joint angle, a flexible joint obeys
 
@@ -43,7 +43,8 @@ ANGLE_JUMPED = 17  # what an observer has added to ANGLE [rad]: no motion, for a
 WINDUP_JUMPED = 18  # what it has added to ε [rad]
 QUANTITIES = 19
 
-STATES = 2
+STATES = 69
+FEW = 2  # of them are enough for most laws, which leave the rest NaN
 REFERENCE_TEMPERATURE = 20.0
 
 Place = Literal[
@@ -96,10 +97,11 @@ class Param:
         The value at which the term has no effect; None where no single value of this parameter does that.
     linear : bool
         Whether the law is proportional to the parameter, so that a regression finds it directly.
-    kind : {'plain', 'angle', 'arm', 'follower'}
+    kind : {'plain', 'angle', 'arm', 'follower', 'choice'}
         How it acts beside the number that sizes the term. An ``angle`` counts on past `low` and `high`, turn after
         turn; one without `trials` is a phase, which sine and cosine span. An ``arm`` makes the law size · (x - arm) or
         size · (1 + arm x), which two trials span. A ``follower`` grows with the size; its trials belong to a full one.
+        A ``choice`` of 0 or 1 is between two laws that go by one name: no fit turns it.
     size : callable or None
         On a motion, value to try of the number that sizes the term, the first that has a `neutral` and no `trials`;
         without it, 5 % off a `neutral` of 1, or at most a tenth of what is usual in its unit.
@@ -122,7 +124,7 @@ class Param:
     typical: float
     neutral: float | None = None
     linear: bool = False
-    kind: Literal["plain", "angle", "arm", "follower"] = "plain"
+    kind: Literal["plain", "angle", "arm", "follower", "choice"] = "plain"
     size: Callable[[Scales], float] | None = None
     trials: Callable[[Scales], Sequence[float]] | None = None
     plausible: Callable[[Scales, float], tuple[float, float]] | None = None

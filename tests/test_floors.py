@@ -30,6 +30,7 @@ GROUND = (
     "quality",
     "assemble",
     "motion",
+    "bristle",
     "scales",
     "model",
     "replay",

@@ -55,8 +55,9 @@ from gsfdi.types import Array
 XM, VM, XL, VL, XA, VA, HEAT, LAG = range(8)
 """State: angle and speed of motor, link and appendage (all at the output), mean square of the current, a memory."""
 
-ELEMENTS = 12  # slip elements in a stack; their yield points spread over the exponential virgin curve
-_EDGES = -np.log(1.0 - (np.arange(ELEMENTS) + 0.5) / ELEMENTS)
+ELEMENTS = 48  # slip elements in a stack; their yield points spread over the exponential virgin curve
+_FINE = (np.arange(100 * ELEMENTS) + 0.5) / (100 * ELEMENTS)
+_EDGES = -np.log(1.0 - _FINE).reshape(ELEMENTS, -1).mean(axis=1)  # together they slip at the whole torque
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -28,6 +28,7 @@ from gsfdi.reconcile.finalists import (
     matters,
     merit,
     needed,
+    relawed,
     reshaped,
     retuned,
     settled_bar,
@@ -134,6 +135,9 @@ def rounds(
         if settled is None:
             return first, hand, contests
         hand = simplified(settled, given)
+        for place, use in list(enumerate(hand.fitted.model.physics))[given:-1]:  # beside what has come since
+            hand = relawed(hand, place, shelf_terms[use.term], floor)
+            hand = retuned(hand, place, shelf_terms[use.term], floor)
         left = missing(hand, floor) / max(missing(first, floor), 1e-300)
         if len(contests) >= most or (len(contests) >= MAIN and left > DETAIL):
             return first, hand, contests
@@ -244,14 +248,15 @@ def contend(
     best: tuple[tuple[bool, float], Entry, Round] | None = None
     for entry in distinct([e for e in near if merit(e) > min(e.bar, WORTH)], SETTLED, onsets=False):
         assert entry.fitted is not None
+        term, last = shelf_terms[entry.offer.term], len(hand.fitted.model.physics)
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         if best and leaves_nothing(best[2], floor) and likelier(settled, hand) < best[0][1]:
             continue  # no other onset or shape brings it up to one that explains all
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
         if likelier(settled, hand) > 0:
-            settled = retuned(settled, shelf_terms[entry.offer.term], floor)
-        settled = reshaped(settled, shelf_terms[entry.offer.term], floor)
+            settled = retuned(settled, last, term, floor)
+        settled = reshaped(relawed(settled, last, term, floor), term, floor)
         if is_at_bound(settled, shelf_terms):
             continue
         gain, least = likelier(settled, hand) - cost_of(entry), settled_bar(settled, entry, trials)

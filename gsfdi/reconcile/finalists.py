@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsfdi.fit import Fitted, turned
+from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.hand import Round, is_sensor, leaves_nothing, settle, with_term
+from gsfdi.reconcile.hand import Round, is_sensor, leaves_nothing, likelier, settle, with_term
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.modes import SLOWEST, fastest
 from gsfdi.reconcile.offering import MATERIAL
@@ -34,6 +34,8 @@ SHAPES = ("plain", "follower")
 """Kinds of numbers that shape a term: neither phases nor lever arms."""
 FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
 """Times its value at which a number that shapes a term is tried once the term is settled."""
+WIDTHS = (0.5, 1.0, 2.0)
+"""Times its value at which a number that shapes a term is tried by another law."""
 PITCHES = 14
 """Frequencies at which a resonance is tried anew."""
 
@@ -174,14 +176,14 @@ def settled_onset(hand: Round, floor: Array) -> Round:
     return settle(hand.stand, fitted.model, fitted.knobs, floor)
 
 
-def retuned(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
-    """Try the last term's resonance at every other pitch under the noise that now suits it.
+def retuned(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
+    """Try the resonance of the term at `place` at every other pitch under the noise that now suits it.
 
     Under a larger one any mode that is faster than the motion is an inertia.
     """
     if term.frequency is None or leaves_nothing(hand, floor):
         return hand
-    best, place = hand.fitted, len(hand.fitted.model.physics) - 1
+    best = hand.fitted
     knob = next(knob for knob in best.knobs if (knob.place, knob.name) == (place, term.frequency.name))
     for frequency in np.geomspace(SLOWEST, fastest(hand.stand, term), PITCHES):
         trial = fit_knobs(hand.misfit, knob.turn(hand.fitted.model, frequency), best.knobs, 3)
@@ -203,6 +205,22 @@ def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
         trials = [float(np.clip(value * factor, max(low, param.low), min(high, param.high))) for factor in FACTORS]
         best = min(best, likeliest(hand, model, param.name, trials), key=lambda pair: pair[0])
     return hand if best[1] is model else settle(hand.stand, best[1], hand.fitted.knobs, floor)
+
+
+def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
+    """Try the term at `place` by the other law that goes by its name, as wide as it is and half and twice as wide."""
+    use, model = hand.fitted.model.physics[place], hand.fitted.model
+    for param in (param for param in term.params if param.kind == "choice"):
+        other = 1.0 - use.values.get(param.name, param.start)
+        knobs = [Knob(place, param.name, 1.0), Knob(place, term.params[1].name, 1.0)]
+        width = knobs[1].read(model)
+        starts = [turned(model, knobs, np.array([other, width * factor])) for factor in WIDTHS]
+        fits = [fit_knobs(hand.misfit, start, hand.fitted.knobs, 3) for start in starts]
+        fitted = fit_knobs(hand.misfit, min(fits, key=lambda one: one.cost).model, hand.fitted.knobs, 6)
+        settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
+        if likelier(settled, hand) > KNOB_COST:
+            hand = settled
+    return hand
 
 
 def settled_bar(settled: Round, entry: Entry, trials: int) -> float:

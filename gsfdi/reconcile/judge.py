@@ -30,6 +30,8 @@ MENDS = 0.04
 
 A contact is felt everywhere, so that beside a backlash any other term may stand for how its flanks are made.
 """
+ERRS = 0.1
+"""Share of its torque by which a term that is `SHAPED` may be another than the library's."""
 SHAPED_TOO = 0.02
 """The same for one that is `SHAPED` itself."""
 SHAPED = ("stribeck_friction", "presliding_friction", "gearbox_hysteresis", "backlash")
@@ -220,7 +222,7 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
         trivial = [
             i
             for i in sorted(range(len(beside)), key=lambda k: beside[k][1])
-            if shares[i] < least_share(i, beside, shelf_terms)
+            if (shares[i] < least_share(i, beside, shelf_terms) and not _stands_out(hand, i, beside, trials))
             or (shares[i] < TRIVIAL and not _weighs(hand, given + i, trials[i]))
         ]
         if not trivial:
@@ -253,6 +255,16 @@ def least_share(place: int, beside: Sequence[tuple[TermUse, float]], shelf_terms
     size = shelf_terms[use.term].params[0]
     taken_off = size.low >= 0.0 > use.values[size.name]
     return SPARED if taken_off else MENDS
+
+
+def _stands_out(hand: Round, place: int, beside: Sequence[tuple[TermUse, float]], trials: Sequence[Fitted]) -> bool:
+    """Whether a term of a part that no law of the shaped ones is in acts with more torque than these may err by."""
+    use, share = beside[place]
+    shaped = [i for i, (other, s) in enumerate(beside) if s > share and other.term in SHAPED]
+    parts = {shelf("gsfdi.terms", PhysicsTerm)[beside[i][0].term].component for i in shaped}
+    if shelf("gsfdi.terms", PhysicsTerm)[use.term].component in parts or is_sensor(use.term):
+        return False
+    return size_of(hand, trials[place]) > ERRS * max(size_of(hand, trials[i]) for i in shaped)
 
 
 def _weighs(hand: Round, place: int, bare: Fitted) -> bool:

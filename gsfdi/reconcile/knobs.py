@@ -55,6 +55,8 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
     term = shelf("gsfdi.terms", PhysicsTerm)[use.term]
     knobs = []
     for param in term.params:
+        if param.kind == "choice":
+            continue
         value = use.values[param.name]
         low, high = plausible(stand, term, param, value)
         if param.kind != "angle":

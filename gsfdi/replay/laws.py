@@ -34,7 +34,7 @@ def law_of(term, model, m, states):  # type: ignore[no-untyped-def]
     """Evaluate one term's law; the caller has seen to it that it has set in."""
     row = int(model[at.ERAS]) * at.ERA_WIDTH + at.ERA_ROWS + term * at.TERM_WIDTH
     m[motion.ONSET] = model[row + at.ONSET]
-    return call_law(int(model[row + at.ADDRESS]), m, model, row + at.PARAMS, states, 2 * term)
+    return call_law(int(model[row + at.ADDRESS]), m, model, row + at.PARAMS, states, motion.STATES * term)
 
 
 @compiled

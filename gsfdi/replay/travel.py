@@ -71,9 +71,7 @@ def keep(v, states):  # type: ignore[no-untyped-def]
     """Keep motion, torques and memories, so that a substep can be undone."""
     for i in range(4):
         v[at.KEPT, i], v[at.KEPT + 1, i] = v[at.X, i], v[at.TORQUES, i]
-    half = states.size // 2
-    for i in range(half):
-        states[half + i] = states[i]
+    remember(states, 0, states.size // 2)
 
 
 @compiled
@@ -81,9 +79,16 @@ def undo(v, states):  # type: ignore[no-untyped-def]
     """Go back to what was kept."""
     for i in range(4):
         v[at.X, i], v[at.TORQUES, i] = v[at.KEPT, i], v[at.KEPT + 1, i]
-    half = states.size // 2
-    for i in range(half):
-        states[i] = states[half + i]
+    remember(states, states.size // 2, 0)
+
+
+@compiled
+def remember(states, source, target):  # type: ignore[no-untyped-def]
+    """Copy the memories of all terms within `states`; what a law with few of them leaves NaN is not worth the time."""
+    for first in range(0, states.size // 2 - 1, motion.STATES):
+        more = not math.isnan(states[source + first + motion.FEW])
+        for i in range(first, first + (motion.STATES if more else motion.FEW + 1)):
+            states[target + i] = states[source + i]
 
 
 @inlined

@@ -1,21 +1,7 @@
-"""Presliding friction: below sliding, bristles bend like a spring with hysteresis (Dahl)."""
+"""Presliding friction: below sliding, bristles bend like a spring with hysteresis."""
 
-import math
-
-from gsfdi.motion import ANGLE, ANGLE_JUMPED, Param, PhysicsTerm, Vector
-
-
-def torque(m: Vector, p: Vector, s: Vector) -> float:
-    """Give F z with dz/dx = (σ/F) (1 - z sgn dx), solved exactly over each move."""
-    angle = m[ANGLE] - m[ANGLE_JUMPED]
-    if math.isnan(s[0]):
-        s[0], s[1] = 0.0, angle
-    move = (angle - s[1]) * p[1] / max(p[0], 1e-12)
-    s[1] = angle
-    toward = 1.0 if move > 0.0 else -1.0
-    s[0] = toward + (s[0] - toward) * math.exp(-min(abs(move), 700.0))
-    return p[0] * s[0]
-
+from gsfdi.bristle import MEMORY, bristle
+from gsfdi.motion import ANGLE, ANGLE_JUMPED, Param, PhysicsTerm
 
 TERM = PhysicsTerm(
     name="presliding_friction",
@@ -23,7 +9,7 @@ TERM = PhysicsTerm(
     meaning="friction that yields elastically before it slides",
     maintenance="inspect bearing preload and seals",
     place="torque",
-    law=torque,
+    law=bristle(ANGLE, ANGLE_JUMPED, "stiffness"),
     params=(
         Param(
             "torque_nm",
@@ -39,7 +25,7 @@ TERM = PhysicsTerm(
         Param(
             "stiffness_nm_rad",
             "N m/rad",
-            "stiffness of the bristles at reversal",
+            "stiffness of the bristles from rest",
             start=1e4,
             low=1e-3,
             high=1e9,
@@ -49,6 +35,7 @@ TERM = PhysicsTerm(
             # Stiffer, it would be Coulomb friction by another name.
             plausible=lambda s, stiffness: (0.05 * s.torque / s.reach, 3e3 * s.torque / s.reach),
         ),
+        MEMORY,
     ),
     source="P. R. Dahl, Aerospace Corp. TOR-0158(3107-18)-1 (1968): dF/dx = σ (1 - F/Fc sgn v)^i with i = 1",
     signature=("balance",),
