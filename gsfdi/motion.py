@@ -97,11 +97,12 @@ class Param:
         The value at which the term has no effect; None where no single value of this parameter does that.
     linear : bool
         Whether the law is proportional to the parameter, so that a regression finds it directly.
-    kind : {'plain', 'angle', 'arm', 'follower', 'choice'}
+    kind : {'plain', 'angle', 'arm', 'follower', 'choice', 'detail'}
         How it acts beside the number that sizes the term. An ``angle`` counts on past `low` and `high`, turn after
         turn; one without `trials` is a phase, which sine and cosine span. An ``arm`` makes the law size · (x - arm) or
         size · (1 + arm x), which two trials span. A ``follower`` grows with the size; its trials belong to a full one.
-        A ``choice`` of 0 or 1 is between two laws that go by one name: no fit turns it.
+        A ``choice`` of 0 or 1 is between two laws that go by one name: no fit turns it. A ``detail`` refines a law, and
+        is left out, which makes it `start`, unless it earns its place once the term is there.
     size : callable or None
         On a motion, value to try of the number that sizes the term, the first that has a `neutral` and no `trials`;
         without it, 5 % off a `neutral` of 1, or at most a tenth of what is usual in its unit.
@@ -124,7 +125,7 @@ class Param:
     typical: float
     neutral: float | None = None
     linear: bool = False
-    kind: Literal["plain", "angle", "arm", "follower", "choice"] = "plain"
+    kind: Literal["plain", "angle", "arm", "follower", "choice", "detail"] = "plain"
     size: Callable[[Scales], float] | None = None
     trials: Callable[[Scales], Sequence[float]] | None = None
     plausible: Callable[[Scales, float], tuple[float, float]] | None = None

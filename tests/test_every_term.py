@@ -79,8 +79,8 @@ USUAL = {
 
 
 def numbers(term: PhysicsTerm) -> list[Param]:
-    """Its parameters without a choice between two laws, which the contract leaves open and no fit begins with."""
-    return [param for param in term.params if param.kind != "choice"]
+    """Its parameters without a choice of law and without details, which the contract leaves open and no trial has."""
+    return [param for param in term.params if param.kind not in ("choice", "detail")]
 
 
 def plain(term: PhysicsTerm) -> dict[str, float]:

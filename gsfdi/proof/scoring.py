@@ -24,8 +24,6 @@ from gsfdi.proof.world import spelled as parameter_name
 VISIBLE = 30.0
 PLACES = ("centre_rad", "rest_rad", "angle_rad")
 OTHER_LAW = ("magnetic_saturation",)
-OTHER_NUMBER = (("presliding_friction", "stiffness_nm_rad"), ("gearbox_hysteresis", "width_rad"))
-"""Slip elements leave a reversal with the slope of the virgin curve, an exponential law with twice that slope."""
 QUIET = ("no_mismatch", "not_enough_data")
 PUZZLED = ("unexplained", "partly_explained")
 
@@ -185,7 +183,7 @@ def _parameters(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> Iterable[
             continue
         for name, value in effect["parameters"].items():
             told = entry.get("parameters", {}).get(parameter_name(name, truth["axis"]))
-            if told is None or name.startswith("phase") or name == "onset_s" or (effect["term"], name) in OTHER_NUMBER:
+            if told is None or name.startswith("phase") or name == "onset_s":
                 continue
             factor = scale if "_nm" in name or "kg_m2" in name else 1.0
             low, high = (told.get("ci95") or [math.nan, math.nan])[:2]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from gsfdi.fit import Fitted, Knob, turned
-from gsfdi.model import TermUse
+from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.hand import Round, is_sensor, leaves_nothing, likelier, settle, with_term
@@ -208,19 +208,32 @@ def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
 
 
 def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
-    """Try the term at `place` by the other law that goes by its name, as wide as it is and half and twice as wide."""
-    use, model = hand.fitted.model.physics[place], hand.fitted.model
-    for param in (param for param in term.params if param.kind == "choice"):
-        other = 1.0 - use.values.get(param.name, param.start)
-        knobs = [Knob(place, param.name, 1.0), Knob(place, term.params[1].name, 1.0)]
-        width = knobs[1].read(model)
-        starts = [turned(model, knobs, np.array([other, width * factor])) for factor in WIDTHS]
-        fits = [fit_knobs(hand.misfit, start, hand.fitted.knobs, 3) for start in starts]
-        fitted = fit_knobs(hand.misfit, min(fits, key=lambda one: one.cost).model, hand.fitted.knobs, 6)
+    """Try the term at `place` by the other law that goes by its name, or with a detail that it leaves out."""
+    for param in term.params:
+        use, knobs = hand.fitted.model.physics[place], hand.fitted.knobs
+        if param.kind == "choice":
+            shape = term.params[1].name
+            other = 1.0 - use.values.get(param.name, param.start)
+            trials = [{param.name: other, shape: use.values[shape] * factor} for factor in WIDTHS]
+        elif param.kind == "detail" and param.name not in use.values and param.trials is not None:
+            trials = [{param.name: value} for value in param.trials(hand.stand.scales)]
+            knobs = (*knobs, Knob(place, param.name, trials[0][param.name], param.low, param.high))
+        else:
+            continue
+        fits = [fit_knobs(hand.misfit, _with_values(hand, place, values), knobs, 3) for values in trials]
+        fitted = fit_knobs(hand.misfit, min(fits, key=lambda one: one.cost).model, knobs, 6)
         settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
-        if likelier(settled, hand) > KNOB_COST:
+        if likelier(settled, hand) > LEAST:
             hand = settled
     return hand
+
+
+def _with_values(hand: Round, place: int, values: Mapping[str, float]) -> JointModel:
+    """Give the model in hand with other values of the term at `place`."""
+    model = hand.fitted.model
+    use = model.physics[place]
+    use = replace(use, values={**use.values, **values})
+    return replace(model, physics=(*model.physics[:place], use, *model.physics[place + 1 :]))
 
 
 def settled_bar(settled: Round, entry: Entry, trials: int) -> float:

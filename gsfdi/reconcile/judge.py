@@ -206,7 +206,7 @@ def is_nothing(name: Name, term: PhysicsTerm) -> bool:
     if name.share <= 0.0:
         return True
     size = term.params[0]
-    if len(term.params) > 1 or size.neutral is None or size.name not in name.ci or is_sensor(term.name):
+    if len(name.use.values) > 1 or size.neutral is None or size.name not in name.ci or is_sensor(term.name):
         return False
     low, high = name.ci[size.name]
     return low <= size.neutral <= high

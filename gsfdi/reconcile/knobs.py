@@ -55,7 +55,7 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
     term = shelf("gsfdi.terms", PhysicsTerm)[use.term]
     knobs = []
     for param in term.params:
-        if param.kind == "choice":
+        if param.kind == "choice" or param.name not in use.values:
             continue
         value = use.values[param.name]
         low, high = plausible(stand, term, param, value)

@@ -17,6 +17,8 @@ SUFFIXES = {
     "rad_s": "rad/s",
     "m_s2": "m/s²",
     "m_s": "m/s",
+    "s_rad": "s/rad",
+    "s_m": "s/m",
     "rad": "rad",
     "nm": "N m",
     "hz": "Hz",
