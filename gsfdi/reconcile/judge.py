@@ -261,8 +261,9 @@ def _stands_out(hand: Round, place: int, beside: Sequence[tuple[TermUse, float]]
     """Whether a term of a part that no law of the shaped ones is in acts with more torque than these may err by."""
     use, share = beside[place]
     shaped = [i for i, (other, s) in enumerate(beside) if s > share and other.term in SHAPED]
-    parts = {shelf("gsfdi.terms", PhysicsTerm)[beside[i][0].term].component for i in shaped}
-    if shelf("gsfdi.terms", PhysicsTerm)[use.term].component in parts or is_sensor(use.term):
+    terms = shelf("gsfdi.terms", PhysicsTerm)
+    near = {terms[beside[i][0].term].component for i in shaped} | {"sensor"}
+    if terms[use.term].component in near or any(beside[i][0].term == "backlash" for i in shaped):
         return False
     return size_of(hand, trials[place]) > ERRS * max(size_of(hand, trials[i]) for i in shaped)
 
