@@ -9,7 +9,7 @@ from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.hand import Round, is_sensor, leaves_nothing, likelier, settle, with_term
+from gsfdi.reconcile.hand import Round, around, is_sensor, leaves_nothing, likelier, settle, with_term
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.modes import SLOWEST, fastest
 from gsfdi.reconcile.offering import MATERIAL
@@ -223,8 +223,22 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         fits = [fit_knobs(hand.misfit, _with_values(hand, place, values), knobs, 3) for values in trials]
         fitted = fit_knobs(hand.misfit, min(fits, key=lambda one: one.cost).model, knobs, 6)
         settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
-        if likelier(settled, hand) > LEAST:
+        size = settled.fitted.model.physics[place].values[term.params[0].name]
+        if likelier(settled, hand) > LEAST and size != term.params[0].neutral:
             hand = settled
+    return hand
+
+
+def unrefined(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> Round:
+    """Take out details that the terms which came later have made needless; the first `given` terms stay as they are."""
+    for place, use in list(enumerate(hand.fitted.model.physics))[given:]:
+        for name in [p.name for p in shelf_terms[use.term].params if p.kind == "detail" and p.name in use.values]:
+            model, rest = hand.fitted.model, {key: value for key, value in use.values.items() if key != name}
+            plain = (*model.physics[:place], replace(use, values=rest), *model.physics[place + 1 :])
+            knobs = [knob for knob in hand.fitted.knobs if (knob.place, knob.name) != (place, name)]
+            fitted = fit_knobs(hand.misfit, replace(model, physics=plain), knobs, 6)
+            if fitted.cost - hand.fitted.cost < LEAST:
+                hand = around(hand, fitted)
     return hand
 
 

@@ -11,7 +11,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import Contest, missing, there_all_along, without
 from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed
-from gsfdi.reconcile.finalists import size_of
+from gsfdi.reconcile.finalists import size_of, unrefined
 from gsfdi.reconcile.hand import Round, around, is_sensor
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.rivals import DRY, rivals
@@ -138,7 +138,7 @@ def names(
     shelf_terms : mapping of str to PhysicsTerm
         The library.
     """
-    hand = dated(pruned(hand, given, shelf_terms), given)
+    hand = dated(unrefined(pruned(hand, given, shelf_terms), given, shelf_terms), given)
     found: list[Name] = []
     place = given
     swaps, former = 0, dict[tuple[str, str | None], TermUse]()
@@ -206,7 +206,8 @@ def is_nothing(name: Name, term: PhysicsTerm) -> bool:
     if name.share <= 0.0:
         return True
     size = term.params[0]
-    if len(name.use.values) > 1 or size.neutral is None or size.name not in name.ci or is_sensor(term.name):
+    numbers = [param for param in term.params if param.kind != "detail"]
+    if len(numbers) > 1 or size.neutral is None or size.name not in name.ci or is_sensor(term.name):
         return False
     low, high = name.ci[size.name]
     return low <= size.neutral <= high
@@ -224,6 +225,7 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
             for i in sorted(range(len(beside)), key=lambda k: beside[k][1])
             if (shares[i] < least_share(i, beside, shelf_terms) and not _stands_out(hand, i, beside, trials))
             or (shares[i] < TRIVIAL and not _weighs(hand, given + i, trials[i]))
+            or _is_void(beside[i][0], shelf_terms)
         ]
         if not trivial:
             return hand
@@ -266,6 +268,12 @@ def _stands_out(hand: Round, place: int, beside: Sequence[tuple[TermUse, float]]
     if terms[use.term].component in near or any(beside[i][0].term == "backlash" for i in shaped):
         return False
     return size_of(hand, trials[place]) > ERRS * max(size_of(hand, trials[i]) for i in shaped)
+
+
+def _is_void(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
+    """Whether a term has no size left, so that only a detail of it acts."""
+    size = shelf_terms[use.term].params[0]
+    return use.values[size.name] == size.neutral
 
 
 def _weighs(hand: Round, place: int, bare: Fitted) -> bool:
