@@ -92,4 +92,4 @@ def test_reconcile_tells_what_the_bristles_remember(fault: str) -> None:
     (entry,) = reconcile([record(f"{fault},nonlocal_memory=1")], MODEL).omitted_physics
     assert f"{entry['term']}=1.5" == fault.split(",")[0]
     assert entry["parameters"]["torque_nm"]["value"] == pytest.approx(1.5, rel=0.02)
-    assert entry["parameters"]["nonlocal_memory"]["value"] == 1.0
+    assert entry["parameters"]["nonlocal_memory"] == {"value": 1.0, "ci95": [1.0, 1.0]}

@@ -307,12 +307,13 @@ def _with_intervals(hand: Round, given: int, found: Sequence[Name], bares: Seque
     whole = sum(max(g, 0.0) for g in gains) or 1.0
     done = []
     for i, name in enumerate(found):
-        ci = {}
+        use = hand.fitted.model.physics[given + i]
+        params = shelf("gsfdi.terms", PhysicsTerm)[use.term].params
+        ci = {p.name: (use.values[p.name],) * 2 for p in params if p.kind == "choice" and p.name in use.values}
         for knob, value, sd in zip(hand.fitted.knobs, hand.fitted.values, spread, strict=True):
             if knob.place == given + i:
                 width = 1.96 * float(np.hypot(sd, SIMULATED * abs(value)))
                 ci[knob.name] = (float(max(value - width, knob.low)), float(min(value + width, knob.high)))
-        use = hand.fitted.model.physics[given + i]
         done.append(replace(name, use=use, ci=ci, share=max(gains[i], 0.0) / whole))
     return done
 
