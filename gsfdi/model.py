@@ -5,8 +5,8 @@ with N, m and kg in the place of N m, rad and kg m².
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import Literal, Self
 
 from gsfdi.channels import Axis
 
@@ -110,3 +110,7 @@ class JointModel:
     bus: Bus = Bus()
     trust: Mapping[str, float] = field(default_factory=dict)
     effort: Effort = "motor_current"
+
+    def with_use(self, place: int, use: TermUse) -> Self:
+        """Give the model with `use` in the place of the term that stands at `place`."""
+        return replace(self, physics=(*self.physics[:place], use, *self.physics[place + 1 :]))

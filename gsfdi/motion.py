@@ -43,7 +43,7 @@ ANGLE_JUMPED = 17  # what an observer has added to ANGLE [rad]: no motion, for a
 WINDUP_JUMPED = 18  # what it has added to ε [rad]
 QUANTITIES = 19
 
-STATES = 69
+STATES = 5 + 2 * 32  # what a bristle needs to remember 32 reversals
 FEW = 2  # of them are enough for most laws, which leave the rest NaN
 REFERENCE_TEMPERATURE = 20.0
 
@@ -199,6 +199,11 @@ class PhysicsTerm:
     sets_in: Literal["readily", "rarely", "never"] = "readily"
     several: bool = False
     beside: tuple[str, ...] = ()
+
+    @property
+    def numbers(self) -> tuple[Param, ...]:
+        """Parameters that the term always has: all but a choice of law and the details that must earn their place."""
+        return tuple(param for param in self.params if param.kind not in ("choice", "detail"))
 
     @property
     def order(self) -> Param | None:

@@ -8,6 +8,7 @@ from joints import MODEL, record
 from numpy.testing import assert_allclose
 
 from gsfdi import motion
+from gsfdi.motion import Law
 from gsfdi.packed import compiled
 from gsfdi.reconcile import reconcile
 from gsfdi.terms.gearbox_hysteresis import TERM as HYSTERESIS
@@ -17,14 +18,19 @@ from gsfdi.types import Array
 FORGETS, REMEMBERS = 0.0, 1.0
 
 
-def stretches(places: Array, memory: float) -> Array:
-    """Stretch of a bristle of torque 1 and width 1 along a path from rest."""
-    m, s = np.zeros(motion.QUANTITIES), np.full(motion.STATES, np.nan)
+def torques(law: Law, places: Array, *values: float) -> Array:
+    """Torque of a bristle with these values, along a path from rest of whatever stretches it."""
+    m, p, s = np.zeros(motion.QUANTITIES), np.array(values), np.full(motion.STATES, np.nan)
     found = []
     for place in places:
-        m[motion.WINDUP] = place
-        found.append(HYSTERESIS.law(m, np.array([1.0, 1.0, memory]), s))
+        m[[motion.WINDUP, motion.ANGLE]] = place
+        found.append(law(m, p, s))
     return np.array(found)
+
+
+def stretches(places: Array, memory: float) -> Array:
+    """Stretch of a bristle of torque 1 and width 1 along a path from rest."""
+    return torques(HYSTERESIS.law, places, 1.0, 1.0, memory)
 
 
 def elements(places: Array, count: int = 3000) -> Array:
@@ -64,24 +70,16 @@ def test_more_reversals_than_it_can_hold_are_forgotten_from_within() -> None:
 
 @pytest.mark.parametrize("memory", [FORGETS, REMEMBERS])
 def test_stiffness_is_torque_over_width(memory: float) -> None:
-    m, s = np.zeros(motion.QUANTITIES), np.full(motion.STATES, np.nan)
     places = np.array([0.0, 0.3, 0.1, 0.5, -0.2])
-    found = []
-    for place in places:
-        m[motion.ANGLE] = place
-        found.append(PRESLIDING.law(m, np.array([3.0, 6.0, memory]), s))
+    found = torques(PRESLIDING.law, places, 3.0, 6.0, memory)
     assert_allclose(found, 3.0 * stretches(places / 0.5, memory), atol=1e-12)
 
 
 def test_the_compiled_law_is_the_same() -> None:
     pointer = ctypes.POINTER(ctypes.c_double)
     law = ctypes.CFUNCTYPE(ctypes.c_double, pointer, pointer, pointer)(compiled(HYSTERESIS.law).address)
-    m, p, s = np.zeros(motion.QUANTITIES), np.array([1.0, 1.0, REMEMBERS]), np.full(motion.STATES, np.nan)
     places = np.array([0.0, 1.0, 0.4, 0.9, 0.2, 1.5, -3.0])
-    found = []
-    for place in places:
-        m[motion.WINDUP] = place
-        found.append(law(*(array.ctypes.data_as(pointer) for array in (m, p, s))))
+    found = torques(lambda *arrays: law(*(a.ctypes.data_as(pointer) for a in arrays)), places, 1.0, 1.0, REMEMBERS)
     assert_allclose(found, stretches(places, REMEMBERS), atol=1e-12)
 
 

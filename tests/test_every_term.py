@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 import gsfdi
 from gsfdi.model import JointModel, TermUse
 from gsfdi.modelfile import load_models, terms
-from gsfdi.motion import DIRECTION, QUANTITIES, SPEED, STATES, STIFFNESS, VALUE, Param, PhysicsTerm, linear_name
+from gsfdi.motion import DIRECTION, QUANTITIES, SPEED, STATES, STIFFNESS, VALUE, PhysicsTerm, linear_name
 from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.scales import Scales
 from gsfdi.simulate import Drive, Start, drive_from, replay, replay_many
@@ -78,11 +78,6 @@ USUAL = {
 }
 
 
-def numbers(term: PhysicsTerm) -> list[Param]:
-    """Its parameters without a choice of law and without details, which the contract leaves open and no trial has."""
-    return [param for param in term.params if param.kind not in ("choice", "detail")]
-
-
 def plain(term: PhysicsTerm) -> dict[str, float]:
     """Values at which the term shows."""
     return {param.name: param.start for param in term.params} | PLAIN.get(term.name, {})
@@ -126,7 +121,7 @@ def test_the_shelf_is_the_contracts() -> None:
             names = [re.match(r"\w+", part.strip())[0] for part in entry[1].split(",")]  # type: ignore[index]
             term = terms()[entry[0]]
             assert term.component == row[0]
-            assert [name for name in names if name != "side"] == [param.name for param in numbers(term)]
+            assert [name for name in names if name != "side"] == [param.name for param in term.numbers]
             assert ("side" in names) <= (term.sides == ("motor", "output"))
 
 
@@ -141,8 +136,8 @@ def test_it_is_tried_within_its_bounds(name: str) -> None:
     term = terms()[name]
     for _, offer in tried(term):
         for values in offer.columns:
-            assert set(values) == {param.name for param in numbers(term)}
-            for param in numbers(term):
+            assert set(values) == {param.name for param in term.numbers}
+            for param in term.numbers:
                 assert param.low <= values[param.name] <= param.high
 
 
@@ -158,7 +153,7 @@ def test_a_fit_may_begin_where_it_is_tried(name: str) -> None:
     term = terms()[name]
     for scales, offer in tried(term):
         for values in offer.columns:
-            for param in numbers(term):
+            for param in term.numbers:
                 value = values[param.name]
                 low, high = param.plausible(scales, value) if param.plausible else (param.low, param.high)
                 assert max(low, param.low) <= value <= min(high, param.high)

@@ -86,7 +86,7 @@ class Knob:
             new = replace(use, onset=value)
         else:
             new = replace(use, values={**use.values, self.name: value})
-        return replace(model, physics=(*model.physics[: self.place], new, *model.physics[self.place + 1 :]))
+        return model.with_use(self.place, new)
 
 
 def turned(model: JointModel, knobs: Sequence[Knob], values: Array) -> JointModel:

@@ -225,8 +225,7 @@ def always(hand: Round, place: int) -> Fitted:
     """Refit the model in hand with the term at `place` there from the start."""
     fitted = hand.fitted
     use = replace(fitted.model.physics[place], onset=None)
-    model = replace(fitted.model, physics=(*fitted.model.physics[:place], use, *fitted.model.physics[place + 1 :]))
-    return fit_knobs(hand.misfit, model, fitted.knobs, 4)
+    return fit_knobs(hand.misfit, fitted.model.with_use(place, use), fitted.knobs, 4)
 
 
 def contend(

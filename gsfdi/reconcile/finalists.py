@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from gsfdi.fit import Fitted, Knob, turned
-from gsfdi.model import JointModel, TermUse
+from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.hand import Round, around, is_sensor, leaves_nothing, likelier, settle, with_term
@@ -210,7 +210,8 @@ def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
 def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
     """Try the term at `place` by the other law that goes by its name, or with a detail that it leaves out."""
     for param in term.params:
-        use, knobs = hand.fitted.model.physics[place], hand.fitted.knobs
+        model, knobs = hand.fitted.model, hand.fitted.knobs
+        use = model.physics[place]
         if param.kind == "choice":
             shape = term.params[1].name
             other = 1.0 - use.values.get(param.name, param.start)
@@ -220,7 +221,8 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
             knobs = (*knobs, Knob(place, param.name, trials[0][param.name], param.low, param.high))
         else:
             continue
-        fits = [fit_knobs(hand.misfit, _with_values(hand, place, values), knobs, 3) for values in trials]
+        starts = [model.with_use(place, replace(use, values={**use.values, **values})) for values in trials]
+        fits = [fit_knobs(hand.misfit, start, knobs, 3) for start in starts]
         fitted = fit_knobs(hand.misfit, min(fits, key=lambda one: one.cost).model, knobs, 6)
         settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
         size = settled.fitted.model.physics[place].values[term.params[0].name]
@@ -231,23 +233,18 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
 
 def unrefined(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> Round:
     """Take out details that the terms which came later have made needless; the first `given` terms stay as they are."""
-    for place, use in list(enumerate(hand.fitted.model.physics))[given:]:
-        for name in [p.name for p in shelf_terms[use.term].params if p.kind == "detail" and p.name in use.values]:
-            model, rest = hand.fitted.model, {key: value for key, value in use.values.items() if key != name}
-            plain = (*model.physics[:place], replace(use, values=rest), *model.physics[place + 1 :])
-            knobs = [knob for knob in hand.fitted.knobs if (knob.place, knob.name) != (place, name)]
-            fitted = fit_knobs(hand.misfit, replace(model, physics=plain), knobs, 6)
+    for place in range(given, len(hand.fitted.model.physics)):
+        for param in shelf_terms[hand.fitted.model.physics[place].term].params:
+            model = hand.fitted.model
+            use = model.physics[place]
+            if param.kind != "detail" or param.name not in use.values:
+                continue
+            plain = replace(use, values={name: value for name, value in use.values.items() if name != param.name})
+            knobs = [knob for knob in hand.fitted.knobs if (knob.place, knob.name) != (place, param.name)]
+            fitted = fit_knobs(hand.misfit, model.with_use(place, plain), knobs, 6)
             if fitted.cost - hand.fitted.cost < LEAST:
                 hand = around(hand, fitted)
     return hand
-
-
-def _with_values(hand: Round, place: int, values: Mapping[str, float]) -> JointModel:
-    """Give the model in hand with other values of the term at `place`."""
-    model = hand.fitted.model
-    use = model.physics[place]
-    use = replace(use, values={**use.values, **values})
-    return replace(model, physics=(*model.physics[:place], use, *model.physics[place + 1 :]))
 
 
 def settled_bar(settled: Round, entry: Entry, trials: int) -> float:

@@ -206,8 +206,7 @@ def is_nothing(name: Name, term: PhysicsTerm) -> bool:
     if name.share <= 0.0:
         return True
     size = term.params[0]
-    numbers = [param for param in term.params if param.kind != "detail"]
-    if len(numbers) > 1 or size.neutral is None or size.name not in name.ci or is_sensor(term.name):
+    if len(term.numbers) > 1 or size.neutral is None or size.name not in name.ci or is_sensor(term.name):
         return False
     low, high = name.ci[size.name]
     return low <= size.neutral <= high
@@ -223,7 +222,10 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
         trivial = [
             i
             for i in sorted(range(len(beside)), key=lambda k: beside[k][1])
-            if (shares[i] < least_share(i, beside, shelf_terms) and not _stands_out(hand, i, beside, trials))
+            if (
+                shares[i] < least_share(i, beside, shelf_terms)
+                and not _stands_out(hand, i, beside, trials, shelf_terms)
+            )
             or (shares[i] < TRIVIAL and not _weighs(hand, given + i, trials[i]))
             or _is_void(beside[i][0], shelf_terms)
         ]
@@ -245,12 +247,10 @@ def least_share(place: int, beside: Sequence[tuple[TermUse, float]], shelf_terms
     shelf_terms : mapping of str to PhysicsTerm
         The library.
     """
-    use, share = beside[place]
-    shaped = [other.term for other, s in beside if s > share and other.term in SHAPED]
+    use, shaped = beside[place][0], _weightier_shaped(place, beside)
     if not shaped or use.term in ONE_WAY:
         return 0.0
-    part = shelf_terms[use.term].component
-    if not any(shelf_terms[other].component == part or other == "backlash" for other in shaped):
+    if _is_apart(use, [beside[i][0] for i in shaped], shelf_terms):
         return TRIVIAL
     if use.term in SHAPED:
         return SHAPED_TOO
@@ -259,13 +259,28 @@ def least_share(place: int, beside: Sequence[tuple[TermUse, float]], shelf_terms
     return SPARED if taken_off else MENDS
 
 
-def _stands_out(hand: Round, place: int, beside: Sequence[tuple[TermUse, float]], trials: Sequence[Fitted]) -> bool:
-    """Whether a term of a part that no law of the shaped ones is in acts with more torque than these may err by."""
-    use, share = beside[place]
-    shaped = [i for i, (other, s) in enumerate(beside) if s > share and other.term in SHAPED]
-    terms = shelf("gsfdi.terms", PhysicsTerm)
-    near = {terms[beside[i][0].term].component for i in shaped} | {"sensor"}
-    if terms[use.term].component in near or any(beside[i][0].term == "backlash" for i in shaped):
+def _weightier_shaped(place: int, beside: Sequence[tuple[TermUse, float]]) -> list[int]:
+    """Find the `SHAPED` terms that gain more than the one at `place`."""
+    return [i for i, (other, share) in enumerate(beside) if share > beside[place][1] and other.term in SHAPED]
+
+
+def _is_apart(use: TermUse, shaped: Sequence[TermUse], shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
+    """Whether a term is of a part in which none of the shaped ones is felt."""
+    parts = {shelf_terms[other.term].component for other in shaped}
+    return shelf_terms[use.term].component not in parts and all(other.term != "backlash" for other in shaped)
+
+
+def _stands_out(
+    hand: Round,
+    place: int,
+    beside: Sequence[tuple[TermUse, float]],
+    trials: Sequence[Fitted],
+    shelf_terms: Mapping[str, PhysicsTerm],
+) -> bool:
+    """Whether a term apart from all weightier shaped ones, of which there are some, acts with more than they err by."""
+    use, shaped = beside[place][0], _weightier_shaped(place, beside)
+    is_seen = shelf_terms[use.term].component == "sensor"
+    if is_seen or not _is_apart(use, [beside[i][0] for i in shaped], shelf_terms):
         return False
     return size_of(hand, trials[place]) > ERRS * max(size_of(hand, trials[i]) for i in shaped)
 

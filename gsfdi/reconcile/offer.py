@@ -82,8 +82,7 @@ def offers(
 
 def _forms(term: PhysicsTerm, scales: Scales, worthy: Sequence[float], share: float) -> Iterator[Form]:
     """Columns and mix for every point of the grid on which the numbers stand that enter non-linearly."""
-    plain = [param for param in term.params if param.kind not in ("choice", "detail")]
-    trials = {param.name: param.trials(scales) for param in plain if param.trials is not None}
+    trials = {param.name: param.trials(scales) for param in term.numbers if param.trials is not None}
     if not all(trials.values()):
         return
     for searched in filter(None, (term.order, term.frequency)):

@@ -6,8 +6,6 @@ from gsfdi.motion import VALUE, WINDUP_RATE, Param, PhysicsTerm, Vector
 def deflection(m: Vector, p: Vector, s: Vector) -> float:
     """Give the difference of angles less the play, δ: zero within it, δ (1 + λ d|δ|/dt) where flanks lose energy."""
     bend = m[VALUE] - min(max(m[VALUE], -p[0]), p[0])
-    if p[1] == 0.0 or bend == 0.0:
-        return bend
     closing = m[WINDUP_RATE] if bend > 0.0 else -m[WINDUP_RATE]
     return bend * max(1.0 + p[1] * closing, 0.0)  # flanks push, and never pull
 
