@@ -71,6 +71,8 @@ def settle_law(
         if better is None:
             break
         found = better[1]
+        if leaves_nothing(found.first, effort_floor(found.first.stand)):
+            break  # a trifle more would be put in the place of what explains it all
     return replace(found, settled=fitted_gains(found.settled, found.first))
 
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from gsfdi.types import Array, JointRecord, Mask
 from gsfdi.whiten import LONGEST
@@ -13,6 +14,8 @@ SMOOTH = 10.0
 """Jump of an acceleration within two samples, over the usual one, up to which a setpoint is smooth."""
 CORNER = 0.05
 """The same over the largest one."""
+SUDDEN, RAMP = 3.0, 8
+"""Times the usual jump within so many samples on either side from which one stands alone."""
 
 
 def stretches(record: JointRecord, period: float, shortest: float) -> list[JointRecord]:
@@ -71,6 +74,16 @@ def at_corners(setpoint: Array, t: Array) -> Mask:
     """
     jump = jumps(setpoint, t)
     return jump > max(SMOOTH * float(np.median(jump)), CORNER * float(jump.max()))
+
+
+def at_jolts(setpoint: Array, t: Array) -> Mask:
+    """Corners at which the acceleration itself jumps, rather than runs along a steep ramp for a while.
+
+    On such a ramp central differences err as much from sample to sample, by what a spring that is half a percent
+    stiffer would do to the motor's speed.
+    """
+    jump = jumps(setpoint, t)
+    return at_corners(setpoint, t) & (jump > SUDDEN * median_filter(jump, 2 * RAMP + 1, mode="nearest"))
 
 
 def jumps(setpoint: Array, t: Array) -> Array:

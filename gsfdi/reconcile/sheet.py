@@ -11,7 +11,7 @@ from scipy.signal import savgol_filter
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
-from gsfdi.reconcile.gaps import at_corners, beside_lost
+from gsfdi.reconcile.gaps import at_corners, at_jolts, beside_lost
 from gsfdi.reconcile.sensing import setpoint_rate
 from gsfdi.types import Array, JointRecord, Mask
 
@@ -96,7 +96,8 @@ def sheet_of(
     position, velocity = record["position"], measured_velocity(record, model)
     if model.structure == "flexible":
         velocity = velocity / model.plant.gear_ratio
-    if not np.isfinite(velocity).any():
+    untold = not np.isfinite(velocity).any()
+    if untold:
         velocity = np.gradient(position, t) + beyond
     good = np.isfinite(position) & np.isfinite(velocity)
     if good.sum() < 50:
@@ -117,7 +118,7 @@ def sheet_of(
     effort = record[record.effort]
     keep = np.isfinite(effort) & good & np.isfinite(error) & np.isfinite(rate) & (t + late <= t[-1])
     parts = {name: values[keep] for name, values in parts.items()}
-    unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record)[keep]
+    unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record, untold and model.structure == "flexible")[keep]
     braking = -law.derivative * velocity[keep]
     growth = np.diff(parts["integral"], prepend=0.0)  # from row to row that is kept, over those that are not
     return Sheet(t[keep], effort[keep], parts, unheld, growth, rate[keep], braking)
@@ -148,11 +149,16 @@ def smooth(t: Array, known: Array, values: Array) -> Array:
     return np.asarray(CubicSpline(known, values)(at)) if not np.array_equal(at, known) else values
 
 
-def unrated(record: JointRecord) -> Mask:
-    """Samples at which nobody knows the setpoint's rate: beside lost ones and at corners, unless the rate is logged."""
+def unrated(record: JointRecord, winds: bool = False) -> Mask:
+    """Samples at which nobody knows the setpoint's rate: beside lost ones and at corners, unless the rate is logged.
+
+    A motor that nobody sees and that `winds` up its gearbox has a speed of its own, beside which only jolts matter. To
+    leave out more would cost more: what is not told of the effort's noise looks like losses in the gearbox.
+    """
     if "setpoint_rate" in record:
         return np.zeros(len(record.t), dtype=np.bool_)
-    return beside_lost(record) | at_corners(record["setpoint"], record.t)
+    corners = at_jolts if winds else at_corners
+    return beside_lost(record) | corners(record["setpoint"], record.t)
 
 
 def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
