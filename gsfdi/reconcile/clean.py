@@ -94,7 +94,7 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
     scale = np.maximum(np.sqrt(np.mean(X**2, axis=0)), 1e-300)
     gains = np.linalg.lstsq(X / scale, y, rcond=1e-9)[0] / scale
     misfit = y - X @ gains
-    noise = max(effort_noise(model), hiss(np.split(misfit, np.cumsum([len(b) for b in blocks])[:-1])))
+    noise = effort_noise(model) or hiss(np.split(misfit, np.cumsum([len(b) for b in blocks])[:-1]))
     trifle = 0.0 if effort_noise(model) > 0 else SMOOTH * float(np.sqrt(np.mean(y**2)))
     if float(np.sqrt(np.mean(misfit**2))) > max(EXACT * noise, trifle):
         return None
