@@ -37,6 +37,27 @@ def swinging(
     return simulate_record(model, replay=asked, seed=seed)
 
 
+def ramped(strokes: int = 12) -> Array:
+    """Setpoint [rad] at 100 Hz that moves to and fro, its acceleration on ramps for two fifths of the time."""
+    up, rest = np.repeat([0.2, -0.2], 50), np.zeros(150)
+    stroke = np.concatenate([up, rest, -up, rest])
+    jerk = np.concatenate([stroke * (-1) ** k for k in range(strokes)])
+    return np.asarray(np.cumsum(np.cumsum(np.cumsum(jerk))) * 0.01**3)
+
+
+def ramping(model: JointModel, seed: int) -> JointRecord:
+    """Telemetry of a joint along such a setpoint, neither its rate nor any speed logged."""
+    setpoint = ramped()
+    t = 0.01 * np.arange(len(setpoint))
+    asked = replace(simulate_record(MODEL, duration=1.0), t=t, channels={"setpoint": setpoint}, valid={})
+    return without_channels(simulate_record(model, replay=asked, seed=seed), "setpoint_rate", "motor_velocity")
+
+
+def without_channels(record: JointRecord, *names: str) -> JointRecord:
+    """Give a record as if some channels had not been logged."""
+    return replace(record, channels={k: record[k] for k in record.channels if k not in names}, valid={})
+
+
 @cache
 def learnt() -> JointBaseline:
     """A baseline from four fault-free batches."""

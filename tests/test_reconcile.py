@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from joints import MODEL, without_speed
+from joints import MODEL, ramped, without_speed
 from rigid import JOINT as NOMINAL
 
 from gsfdi.fit import Knob
 from gsfdi.model import Controller, JointModel, Sensors, TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile import Reconciliation, reconcile, twin
+from gsfdi.reconcile import Reconciliation, reconcile, twin, verdict
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.clean import learn_law
@@ -19,8 +19,8 @@ from gsfdi.reconcile.compete import Contest, opening
 from gsfdi.reconcile.dating import middle
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
-from gsfdi.reconcile.gaps import at_corners, stretches
-from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing, least_share
+from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
+from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing
 from gsfdi.reconcile.lagging import kinematic_lag
 from gsfdi.reconcile.law import check_law
 from gsfdi.reconcile.offer import SHARE, Offer
@@ -28,8 +28,9 @@ from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.sheet import sheet_of
+from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.verdict import is_series, verdict_of
+from gsfdi.reconcile.verdict import is_series
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -150,8 +151,20 @@ def test_many_like_waves_at_the_end_of_what_they_may_be_draw_a_curve(count: int,
     assert is_series(case) is series  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("term", "verdict"), [("position_bias", "explained"), ("cogging", "unexplained")])
-def test_a_sensors_error_beside_a_trifle_explains_what_a_torque_does_not(term: str, verdict: str) -> None:
+@pytest.mark.parametrize(
+    ("term", "by_twin", "held_out", "expected"),
+    [
+        ("position_bias", 0.0, 1.0, "explained"),
+        ("cogging", 0.0, 1.0, "unexplained"),
+        ("cogging", 0.0, 0.3, "partly_explained"),
+        ("cogging", 0.0045, 1.0, "explained"),
+    ],
+)
+def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
+    term: str, by_twin: float, held_out: float, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verdict, "left_by_twin", lambda *args: by_twin)
+    monkeypatch.setattr(verdict, "left_over", lambda *args: held_out)
     use = TermUse(term, {})
     fitted = SimpleNamespace(knobs=[], values=[], model=SimpleNamespace(physics=[use]))
     stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0))
@@ -160,8 +173,11 @@ def test_a_sensors_error_beside_a_trifle_explains_what_a_torque_does_not(term: s
         hand=SimpleNamespace(fitted=fitted, torque=np.array([0.05, 0.0])),
         floor=np.array([0.01, 0.0]),
         stand=stand,
+        logged=stand,
+        refitted=None,
+        updated=None,
     )
-    assert verdict_of(case, [{"term": term}], 0.7) == verdict  # type: ignore[arg-type]
+    assert verdict.verdict_of(case, [{"term": term}], 0.7) == expected  # type: ignore[arg-type]
 
 
 def test_a_lubricant_that_yields_shapes_the_friction_that_is_there() -> None:
@@ -274,6 +290,13 @@ def test_a_setpoint_has_corners_where_its_acceleration_jumps() -> None:
     corners = np.flatnonzero(at_corners(0.01 * np.cumsum(speed), t))
     assert {200, 300} <= set(corners.tolist())
     assert len(corners) < 16
+    assert {200, 300} <= set(np.flatnonzero(at_jolts(0.01 * np.cumsum(speed), t)).tolist())
+
+
+def test_a_setpoint_that_ramps_its_acceleration_has_corners_and_no_jolts() -> None:
+    ramps = ramped()
+    assert np.mean(at_corners(ramps, 0.01 * np.arange(len(ramps)))) > 0.2
+    assert np.mean(at_jolts(ramps, 0.01 * np.arange(len(ramps)))) < 0.01
 
 
 def test_what_the_library_lacks_is_not_explained_away() -> None:

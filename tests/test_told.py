@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints import MODEL, without_speed
+from joints import MODEL, ramping, without_speed
 
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.reconcile.bench import shared_noise
+from gsfdi.reconcile.clean import learn_law
 from gsfdi.reconcile.contract import settle_contract
 from gsfdi.reconcile.noise import effort_floor, surprise
 from gsfdi.simulate import simulate_record
@@ -68,6 +69,26 @@ def test_a_sensors_scale_is_no_gain_of_the_law(name: str, ratio: float) -> None:
     assert first["term"] == name
     assert first["parameters"]["ratio"]["value"] == pytest.approx(ratio, abs=1e-3)
     assert not any(entry["term"].startswith("controller_") for entry in answer.omitted_physics)
+
+
+@pytest.mark.parametrize("ratio", [1.004, 0.88])
+def test_a_scale_of_the_current_is_no_age_of_the_speed_although_both_act_as_acceleration_does(ratio: float) -> None:
+    record = simulate_record(replace(MODEL, physics=(TermUse("current_gain", {"ratio": ratio}),)), seed=3)
+    first = reconcile([without_speed(record)], MODEL).omitted_physics[0]
+    assert first["term"] == "current_gain"
+    assert first["parameters"]["ratio"]["value"] == pytest.approx(ratio, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_setpoint_on_ramps_whose_rate_is_not_logged_makes_no_gearbox_damp(seed: int) -> None:
+    assert reconcile([ramping(MODEL, seed)], MODEL).verdict == "no_mismatch"
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_no_law_is_read_off_noisy_slopes(seed: int) -> None:
+    unknown = replace(MODEL, controller=None)
+    assert learn_law([unseen(MODEL, seed)], unknown) is None
+    assert learn_law([simulate_record(MODEL, seed=seed, duration=60.0)], unknown) is not None
 
 
 def test_a_bias_of_the_current_is_dated_although_no_speed_is_logged() -> None:

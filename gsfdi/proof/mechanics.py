@@ -148,8 +148,9 @@ def gear_torque(p: Array, plant: Array, s: Array, stack: Array, h: float, lossy:
     if p[BACKLASH, 0] > 0.0:
         twist = twist - min(max(twist, -p[BACKLASH, 0]), p[BACKLASH, 0])
     torque = plant[3] * p[STIFFNESS, 0] * twist * (1.0 + p[STIFFENING, 0] * twist * twist)
-    if lossy and p[BACKLASH, 0] > 0.0 and twist != 0.0:  # flanks that lose energy (Hunt-Crossley)
-        torque *= 1.0 + min(max(0.5 * (s[VL] - s[VM]) * (1.0 if twist > 0.0 else -1.0) / 1e-3, -0.3), 0.3)
+    if lossy and p[BACKLASH, 0] > 0.0 and twist != 0.0:  # flanks that lose energy as they meet (Hunt-Crossley)
+        loss = min(max(0.5 * (s[VL] - s[VM]) * (1.0 if twist > 0.0 else -1.0) / 1e-3, -0.3), 0.3)
+        torque *= 1.0 + loss * p[BACKLASH, 0] / (p[BACKLASH, 0] + abs(twist))  # none where there is no play
     if p[HYSTERESIS, 0] > 0.0:
         torque += slide(stack, h * (s[VL] - s[VM]), p[HYSTERESIS, 0], p[HYSTERESIS, 1])
     if p[CREEP, 0] > 0.0:  # a Maxwell arm: stress that relaxes

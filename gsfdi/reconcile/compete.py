@@ -7,18 +7,15 @@ beats what chance would give the luckiest of as many offers on this very motion.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-
-from gsfdi.fit import Fitted, Knob
+from gsfdi.fit import Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import (
     CHANCE,
-    KNOB_COST,
     cost_of,
     credible,
     distinct,
@@ -34,13 +31,14 @@ from gsfdi.reconcile.finalists import (
     settled_bar,
     settled_onset,
 )
-from gsfdi.reconcile.hand import Round, around, from_below, leaves_nothing, likelier, settle, started
+from gsfdi.reconcile.hand import Round, from_below, leaves_nothing, likelier, missing, settle, started
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
-from gsfdi.reconcile.screen import EARLIEST, LEAST, Entry, Screening, refined_onset, refits, screen
+from gsfdi.reconcile.screen import LEAST, Entry, Screening, refits, screen
+from gsfdi.reconcile.simpler import simplified
 from gsfdi.reconcile.smallest import Smallest, smallest
-from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.reconcile.trifles import only_mends_flanks
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.types import Array
 
@@ -134,7 +132,9 @@ def rounds(
         contests.append(contest)
         if settled is None:
             return first, hand, contests
-        hand = simplified(settled, given)
+        before, hand = hand, simplified(settled, given)
+        if only_mends_flanks(hand, given, shelf_terms):
+            return first, before, contests
         for place, use in list(enumerate(hand.fitted.model.physics))[given:-1]:  # beside what has come since
             hand = relawed(hand, place, shelf_terms[use.term], floor)
             hand = retuned(hand, place, shelf_terms[use.term], floor)
@@ -152,80 +152,6 @@ def opening(stand: Bench, model: JointModel, level: float) -> Round:
         knobs += [Knob(place, "torque_nm", level, -20 * level, 20 * level, 0.0, level) for place in places]
     floor = effort_floor(stand)
     return from_below(settle(stand, started(model, len(stand.records)), knobs, floor), floor)
-
-
-def missing(hand: Round, floor: Array) -> float:
-    """Size of the process noise beyond what is known to be there [N m]: what the model in hand lacks."""
-    return float(np.sqrt(np.sum(np.maximum(hand.torque**2 - floor**2, 0.0))))
-
-
-def simplified(hand: Round, given: int) -> Round:
-    """Take out, one after another, terms and onsets that the others have made needless.
-
-    Parameters
-    ----------
-    hand : Round
-        The model in hand and its fit.
-    given : int
-        Terms of the nominal model, which stay.
-    """
-    hand = there_all_along(hand, given)
-    while True:
-        trials = [(without(hand, place), _price(hand, place)) for place in range(given, len(hand.fitted.model.physics))]
-        trials += [
-            (always(hand, place), 2 * KNOB_COST)
-            for place in range(given, len(hand.fitted.model.physics))
-            if _sets_in(hand, place)
-        ]
-        kept = [(fitted.cost - hand.fitted.cost - price, fitted) for fitted, price in trials]
-        if len(hand.fitted.model.physics) - given < 2:
-            kept = kept[1:]
-        if not kept:
-            return hand
-        worth, fitted = min(kept, key=lambda pair: pair[0])
-        if worth > 0:
-            return hand
-        hand = around(hand, fitted)
-
-
-def there_all_along(hand: Round, given: int) -> Round:
-    """Give terms that set in at the very start no onset; for the arguments see `simplified`."""
-    for place, use in list(enumerate(hand.fitted.model.physics))[given:]:
-        if use.onset is not None and use.onset < EARLIEST * hand.stand.scales.seconds:
-            hand = around(hand, always(hand, place))
-    return hand
-
-
-def _price(hand: Round, place: int) -> float:
-    use = hand.fitted.model.physics[place]
-    return KNOB_COST * (len(use.values) + (2 if use.onset is not None else 0)) + 3.0
-
-
-def _sets_in(hand: Round, place: int) -> bool:
-    return hand.fitted.model.physics[place].onset is not None
-
-
-def without(hand: Round, place: int) -> Fitted:
-    """Refit the model in hand without the term at `place`; the same term on the other side may set in for both."""
-    fitted, gone = hand.fitted, hand.fitted.model.physics[place]
-    model = replace(fitted.model, physics=(*fitted.model.physics[:place], *fitted.model.physics[place + 1 :]))
-    keep = [i for i, k in enumerate(fitted.knobs) if k.place != place]
-    knobs = [replace(fitted.knobs[i], place=fitted.knobs[i].place - (fitted.knobs[i].place > place)) for i in keep]
-    known = fitted.jacobian[:, keep]
-    alone = fit_knobs(hand.misfit, model, knobs, 3, known)
-    for i, use in enumerate(model.physics):
-        if use.term == gone.term and use.onset is not None and gone.onset is not None:
-            alone = refined_onset(
-                hand, fit_knobs(hand.misfit, alone.model, knobs, 6), i, abs(use.onset - gone.onset), known
-            )
-    return alone
-
-
-def always(hand: Round, place: int) -> Fitted:
-    """Refit the model in hand with the term at `place` there from the start."""
-    fitted = hand.fitted
-    use = replace(fitted.model.physics[place], onset=None)
-    return fit_knobs(hand.misfit, fitted.model.with_use(place, use), fitted.knobs, 4)
 
 
 def contend(

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from gsfdi.fit import Fitted, Knob, turned
-from gsfdi.model import TermUse
+from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.hand import Round, around, is_sensor, leaves_nothing, likelier, settle, with_term
 from gsfdi.reconcile.knobs import plausible
-from gsfdi.reconcile.modes import SLOWEST, fastest
+from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.offering import MATERIAL
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, likeliest, onset_cost, refined_onset
@@ -36,8 +36,8 @@ FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
 """Times its value at which a number that shapes a term is tried once the term is settled."""
 WIDTHS = (0.5, 1.0, 2.0)
 """Times its value at which a number that shapes a term is tried by another law."""
-PITCHES = 14
-"""Frequencies at which a resonance is tried anew."""
+FARTHEST = 1e3
+"""Times a first guess that regression may ask for."""
 
 
 def distinct(entries: Sequence[Entry], most: int, onsets: bool = True) -> list[Entry]:
@@ -177,18 +177,36 @@ def settled_onset(hand: Round, floor: Array) -> Round:
 
 
 def retuned(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
-    """Try the resonance of the term at `place` at every other pitch under the noise that now suits it.
+    """Try the resonance of the term at `place` at the likeliest other pitches under the noise that now suits it.
 
     Under a larger one any mode that is faster than the motion is an inertia.
     """
     if term.frequency is None or leaves_nothing(hand, floor):
         return hand
-    best = hand.fitted
-    knob = next(knob for knob in best.knobs if (knob.place, knob.name) == (place, term.frequency.name))
-    for frequency in np.geomspace(SLOWEST, fastest(hand.stand, term), PITCHES):
-        trial = fit_knobs(hand.misfit, knob.turn(hand.fitted.model, frequency), best.knobs, 3)
+    best, name, size = hand.fitted, term.frequency.name, term.params[0]
+    model, use = best.model, best.model.physics[place]
+    bare = model.with_use(place, replace(use, values={**use.values, size.name: 0.0}))
+    rest = [knob.place != place for knob in best.knobs]
+    others = replace(best, model=bare, jacobian=best.jacobian[:, rest], residual=hand.misfit([bare])[0])
+    kept = replace(
+        others, knobs=tuple(k for k, stays in zip(best.knobs, rest, strict=True) if stays), values=best.values[rest]
+    )
+    for pitch in worthy_frequencies(replace(hand, fitted=kept))[term.name]:
+        values = {**use.values, name: pitch, size.name: max(use.values[size.name], size.start)}
+        share = promised(hand, bare, model.with_use(place, replace(use, values=values)), rest)
+        values[size.name] *= share if 0.0 < share < FARTHEST else 1.0
+        trial = fit_knobs(hand.misfit, model.with_use(place, replace(use, values=values)), best.knobs, 3)
         best = min(best, trial, key=lambda one: one.cost)
     return hand if best.cost > hand.fitted.cost - KNOB_COST else settle(hand.stand, best.model, best.knobs, floor)
+
+
+def promised(hand: Round, bare: JointModel, model: JointModel, rest: Sequence[bool]) -> float:
+    """How far from `bare` towards `model` regression would go, with the knobs of the `rest` beside it."""
+    basis = np.linalg.qr(hand.fitted.jacobian[:, rest])[0]
+    seen = hand.misfit([bare, model])
+    left = seen - (seen @ basis) @ basis.T
+    moved = left[1] - left[0]
+    return -float(moved @ left[0]) / max(float(moved @ moved), 1e-300)
 
 
 def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
@@ -223,7 +241,10 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
             continue
         starts = [model.with_use(place, replace(use, values={**use.values, **values})) for values in trials]
         fits = [fit_knobs(hand.misfit, start, knobs, 3) for start in starts]
-        fitted = fit_knobs(hand.misfit, min(fits, key=lambda one: one.cost).model, knobs, 6)
+        best = min(fits, key=lambda one: one.cost)
+        if best.cost > hand.fitted.cost:
+            continue
+        fitted = fit_knobs(hand.misfit, best.model, knobs, 6)
         settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
         size = settled.fitted.model.physics[place].values[term.params[0].name]
         if likelier(settled, hand) > LEAST and size != term.params[0].neutral:

@@ -118,6 +118,11 @@ def leaves_nothing(hand: Round, floor: Array) -> bool:
     return bool(np.all(hand.torque < NEARLY * floor))
 
 
+def missing(hand: Round, floor: Array) -> float:
+    """Size of the process noise beyond what is known to be there [N m]: what the model in hand lacks."""
+    return float(np.sqrt(np.sum(np.maximum(hand.torque**2 - floor**2, 0.0))))
+
+
 def from_below(hand: Round, floor: Array) -> Round:
     """Settle a second time, from a tenth of the process noise that was found, and keep what is likelier.
 

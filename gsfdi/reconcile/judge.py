@@ -8,13 +8,15 @@ import numpy as np
 from gsfdi.fit import Fitted
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import Contest, missing, there_all_along, without
+from gsfdi.reconcile.compete import Contest
 from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed
-from gsfdi.reconcile.finalists import size_of, unrefined
-from gsfdi.reconcile.hand import Round, around, is_sensor
+from gsfdi.reconcile.finalists import unrefined
+from gsfdi.reconcile.hand import Round, around, is_sensor, missing
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.rivals import DRY, rivals
+from gsfdi.reconcile.simpler import there_all_along, without
+from gsfdi.reconcile.trifles import pruned
 from gsfdi.reconcile.turning import spread_of
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -23,25 +25,6 @@ UNLIKELY = {"sensor": 0.3}
 """Prior odds by component, against the rest: a sensor fails more rarely than it is blamed."""
 SUDDENLY = {"output_inertia_change": 0.5, "motor_inertia_change": 0.05}
 """Prior odds of setting in within a recording: a load is taken up between motions, as a rule; a rotor stays."""
-TRIVIAL = 0.005
-"""Share of the gain in log-likelihood below which a slight term is not worth a name."""
-MENDS = 0.04
-"""The same beside a weightier term of the same part that is `SHAPED`.
-
-A contact is felt everywhere, so that beside a backlash any other term may stand for how its flanks are made.
-"""
-ERRS = 0.1
-"""Share of its torque by which a term that is `SHAPED` may be another than the library's."""
-SHAPED_TOO = 0.02
-"""The same for one that is `SHAPED` itself."""
-SHAPED = ("stribeck_friction", "presliding_friction", "gearbox_hysteresis", "backlash")
-"""Terms of which the literature has several laws, so that the joint's may be another than the library's."""
-ONE_WAY = ("asymmetric_friction",)
-"""Terms that no law of those can need, for they act the same way whichever way the joint moves."""
-SPARED = 0.15
-"""The same where it would take something off what the nominal model holds."""
-SLIGHT = 0.005
-"""Share of the drive's torque up to which a term is slight."""
 SIMULATED = 1.5e-3
 """Standard deviation that sampling, holding and the simulator's own steps leave in a number, as a share of it."""
 PER_NUMBER = 0.6
@@ -210,91 +193,6 @@ def is_nothing(name: Name, term: PhysicsTerm) -> bool:
         return False
     low, high = name.ci[size.name]
     return low <= size.neutral <= high
-
-
-def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> Round:
-    """Take out terms whose part in the mismatch is trivial: where two ways of writing a law differ, not physics."""
-    while len(hand.fitted.model.physics) > given + 1:
-        trials = [without(hand, place) for place in range(given, len(hand.fitted.model.physics))]
-        gains = np.array([max(trial.cost - hand.fitted.cost, 0.0) for trial in trials])
-        shares = gains / max(float(gains.sum()), 1e-300)
-        beside = list(zip(hand.fitted.model.physics[given:], shares, strict=True))
-        trivial = [
-            i
-            for i in sorted(range(len(beside)), key=lambda k: beside[k][1])
-            if (
-                shares[i] < least_share(i, beside, shelf_terms)
-                and not _stands_out(hand, i, beside, trials, shelf_terms)
-            )
-            or (shares[i] < TRIVIAL and not _weighs(hand, given + i, trials[i]))
-            or _is_void(beside[i][0], shelf_terms)
-        ]
-        if not trivial:
-            return hand
-        hand = around(hand, trials[trivial[0]])
-    return hand
-
-
-def least_share(place: int, beside: Sequence[tuple[TermUse, float]], shelf_terms: Mapping[str, PhysicsTerm]) -> float:
-    """Share of the gain that a term must hold, however large it is, beside weightier ones that it may only mend.
-
-    Parameters
-    ----------
-    place : int
-        Of the term among the others.
-    beside : sequence of tuple
-        Every term, with its share.
-    shelf_terms : mapping of str to PhysicsTerm
-        The library.
-    """
-    use, shaped = beside[place][0], _weightier_shaped(place, beside)
-    if not shaped or use.term in ONE_WAY:
-        return 0.0
-    if _is_apart(use, [beside[i][0] for i in shaped], shelf_terms):
-        return TRIVIAL
-    if use.term in SHAPED:
-        return SHAPED_TOO
-    size = shelf_terms[use.term].params[0]
-    taken_off = size.low >= 0.0 > use.values[size.name]
-    return SPARED if taken_off else MENDS
-
-
-def _weightier_shaped(place: int, beside: Sequence[tuple[TermUse, float]]) -> list[int]:
-    """Find the `SHAPED` terms that gain more than the one at `place`."""
-    return [i for i, (other, share) in enumerate(beside) if share > beside[place][1] and other.term in SHAPED]
-
-
-def _is_apart(use: TermUse, shaped: Sequence[TermUse], shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
-    """Whether a term is of a part in which none of the shaped ones is felt."""
-    parts = {shelf_terms[other.term].component for other in shaped}
-    return shelf_terms[use.term].component not in parts and all(other.term != "backlash" for other in shaped)
-
-
-def _stands_out(
-    hand: Round,
-    place: int,
-    beside: Sequence[tuple[TermUse, float]],
-    trials: Sequence[Fitted],
-    shelf_terms: Mapping[str, PhysicsTerm],
-) -> bool:
-    """Whether a term apart from all weightier shaped ones, of which there are some, acts with more than they err by."""
-    use, shaped = beside[place][0], _weightier_shaped(place, beside)
-    is_seen = shelf_terms[use.term].component == "sensor"
-    if is_seen or not _is_apart(use, [beside[i][0] for i in shaped], shelf_terms):
-        return False
-    return size_of(hand, trials[place]) > ERRS * max(size_of(hand, trials[i]) for i in shaped)
-
-
-def _is_void(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
-    """Whether a term has no size left, so that only a detail of it acts."""
-    size = shelf_terms[use.term].params[0]
-    return use.values[size.name] == size.neutral
-
-
-def _weighs(hand: Round, place: int, bare: Fitted) -> bool:
-    """Whether the term at `place`, that `bare` is without, acts with more than a slight torque."""
-    use = hand.fitted.model.physics[place]
-    return not is_sensor(use.term) and size_of(hand, bare) > SLIGHT
 
 
 def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) -> float:

@@ -1,20 +1,17 @@
 """Reconcile one joint: settle the contract, let terms compete, name them, verify on held-out data, and say it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
-from gsfdi.fit import Started
-from gsfdi.model import JointModel, TermUse
+from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.calibrate import by_chance
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.compete import Contest, compete, undecided
 from gsfdi.reconcile.contract import Settled
-from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
 from gsfdi.reconcile.entries import groups_of, law_entries, parameters_of, shift_entries, smallest_seen, term_entries
 from gsfdi.reconcile.evidence import evidence_of
@@ -26,7 +23,6 @@ from gsfdi.reconcile.offering import all_offers
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
-from gsfdi.reconcile.surplus import merged
 from gsfdi.reconcile.twin import is_imitated
 from gsfdi.reconcile.verdict import left_of, verdict_of
 from gsfdi.registry import shelf
@@ -79,7 +75,7 @@ def _told(case: Case) -> Reconciliation:
     verdict = verdict_of(case, entries, left)
     if verdict == "unexplained":  # what only looked like the nearest is no name; it stays in the ranking
         entries = law_entries(case)
-    model = final_model(case)
+    model = case.updated
     before = locate.torque_of(case.first.stand, [e[0] for e in case.first.stand.innovations([case.settled.model])])
     after = locate.torque_of(case.hand.stand, case.hand.innovations)
     groups = groups_of(case, lone)
@@ -105,20 +101,6 @@ def _told(case: Case) -> Reconciliation:
         updated_model=model if verdict in ("explained", "partly_explained") else None,
         evidence=evidence_of(case, model, before, after, groups),
     )
-
-
-def final_model(case: Case) -> JointModel:
-    """Give the model with everything that was found in it, as a plain model file holds it."""
-    source: JointModel = case.hand.fitted.model
-    if isinstance(source, Started):
-        source = JointModel(**{f.name: getattr(source, f.name) for f in fields(JointModel)})
-    given = len(case.settled.model.physics)
-    if case.settled.level > 0:  # the constant of a recomputed effort belongs to the recording, not to the joint
-        own = given - len(levels(case.settled.stand))
-        source = replace(source, physics=(*source.physics[:own], *source.physics[given:]))
-    apart = ("timestamp_latency", "quantisation")  # put right in the records, where the others are in the model
-    extra = [TermUse(f.term, dict(f.values), None, f.onset) for f in case.findings if f.term in apart]
-    return merged(replace(source, sensors=case.nominal.sensors, physics=(*source.physics, *extra)))
 
 
 def _p_value(case: Case) -> float:

@@ -97,6 +97,7 @@ def sheet_of(
     if model.structure == "flexible":
         velocity = velocity / model.plant.gear_ratio
     untold = not np.isfinite(velocity).any()
+    winds = untold and model.structure == "flexible"
     if untold:
         velocity = np.gradient(position, t) + beyond
     good = np.isfinite(position) & np.isfinite(velocity)
@@ -118,7 +119,7 @@ def sheet_of(
     effort = record[record.effort]
     keep = np.isfinite(effort) & good & np.isfinite(error) & np.isfinite(rate) & (t + late <= t[-1])
     parts = {name: values[keep] for name, values in parts.items()}
-    unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record, untold and model.structure == "flexible")[keep]
+    unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record, winds)[keep]
     braking = -law.derivative * velocity[keep]
     growth = np.diff(parts["integral"], prepend=0.0)  # from row to row that is kept, over those that are not
     return Sheet(t[keep], effort[keep], parts, unheld, growth, rate[keep], braking)

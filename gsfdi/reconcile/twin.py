@@ -13,6 +13,7 @@ import numpy as np
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.compete import contend, opening
 from gsfdi.reconcile.contract import settle_contract
 from gsfdi.reconcile.finalists import CHANCE, merit
@@ -26,18 +27,18 @@ TWINS = 4
 """Twins by which the usual gain of a term that is not there is told."""
 
 
-def left_by_twin(first: Round, nominal: JointModel) -> float:
-    """Torque noise that the twin of `first` leaves, as a share of the drive's torque; 0 where it cannot be simulated.
+def left_by_twin(stand: Bench, own: JointModel) -> float:
+    """Torque noise that a twin leaves, as a share of the drive's torque; 0 where it cannot be simulated.
 
     Parameters
     ----------
-    first : Round
-        Parameters only.
-    nominal : JointModel
-        The model whose numbers were fitted, with its own terms only.
+    stand : Bench
+        With the recordings whose motion it repeats.
+    own : JointModel
+        What it is simulated from.
     """
-    twin = twin_of(first, nominal)
-    return 0.0 if twin is None else float(np.linalg.norm(twin.torque)) / first.stand.scales.torque
+    twin = twin_of(stand, own)
+    return 0.0 if twin is None else float(np.linalg.norm(twin.torque)) / stand.scales.torque
 
 
 def is_imitated(first: Round, nominal: JointModel, winner: Entry, term: PhysicsTerm) -> bool:
@@ -48,15 +49,17 @@ def is_imitated(first: Round, nominal: JointModel, winner: Entry, term: PhysicsT
     first : Round
         Parameters only.
     nominal : JointModel
-        As for `left_by_twin`.
+        The model whose numbers were fitted, with its own terms only.
     winner : Entry
         Of the contest that `first` held.
     term : PhysicsTerm
         The winner's.
     """
+    fitted = first.fitted.model
+    own = replace(nominal, plant=fitted.plant, physics=fitted.physics[: len(nominal.physics)])
     gains = []
     for seed in range(SEED, SEED + TWINS):
-        twin = twin_of(first, nominal, seed)
+        twin = twin_of(first.stand, own, seed)
         if twin is None:
             return False
         given = len(twin.fitted.model.physics)
@@ -66,20 +69,18 @@ def is_imitated(first: Round, nominal: JointModel, winner: Entry, term: PhysicsT
     return merit(winner) < usual * float(np.log(1.0 / CHANCE))
 
 
-def twin_of(first: Round, nominal: JointModel, seed: int = SEED) -> Round | None:
-    """Simulate the fitted model on the recorded motion, and fit its parameters as those of the recording were.
+def twin_of(stand: Bench, own: JointModel, seed: int = SEED) -> Round | None:
+    """Simulate a model on the recorded motion, and fit its parameters as those of the recording were.
 
     For the arguments see `left_by_twin`.
     """
-    fitted = first.fitted.model
-    own = replace(nominal, plant=fitted.plant, physics=fitted.physics[: len(nominal.physics)])
     records = []
-    for record in first.stand.records:
+    for record in stand.records:
         try:
             shown = simulate_record(own, replay=record, seed=seed)
         except UnusableInputError:  # no controller, or one under which this model runs away
             return None
-        speeds = ("motor_velocity", "joint_velocity") if first.stand.lever > 0 else ()
+        speeds = ("motor_velocity", "joint_velocity") if stand.lever > 0 else ()
         kept = {k: shown[k] for k in shown.channels if k in record.channels and k not in speeds}
         records.append(replace(shown, channels=kept))
     settled = settle_contract(records, own, ())

@@ -13,17 +13,20 @@ from gsfdi.reconcile.judge import torque_left, white_left
 from gsfdi.reconcile.parameters import TERM_OF
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.twin import left_by_twin
+from gsfdi.reconcile.verify import left_over
 
 REMAINS = 0.12
 """Share of the missing torque (root mean square) that may remain when a mismatch is called explained."""
 PARTLY = 0.6
-"""Share of the mismatch that may remain when what was found is worth a name."""
+"""Share of the mismatch that may remain when what was found is worth a name: of torque, or of held-out misfits."""
 MATERIAL = 0.01
 """Share of the drive's torque below which a mismatch without a name is not worth reporting."""
 NOISY = 3.0
 """How many times the torque noise that is known to be there may remain: what is found is told in such steps."""
 AS_MUCH = 2.0
 """What may remain, over what a simulated twin leaves, before a mismatch is seen in it."""
+AS_GOOD = 1.3
+"""The same before a model with what was found in it is taken to lack more."""
 AT_BOUND = 1e-6
 """Distance from the end of what is plausible, as a share of a number's step, at which it ended there."""
 APART = 0.03
@@ -54,7 +57,7 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     near_noise = remains <= NOISY * known
     material = remains > MATERIAL and not near_noise
     if not entries:
-        if material and remains > AS_MUCH * left_by_twin(case.first, case.nominal):
+        if material and remains > AS_MUCH * left_by_twin(case.first.stand, case.refitted):
             return "unexplained"
         return "not_enough_data" if is_blind(case.first) else "no_mismatch"
     piled = [name.use.term for name in case.found if name.use.term in PLANT]
@@ -67,7 +70,11 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     physics = any(not is_sensor(name.use.term) for name in case.found)
     if left <= REMAINS or near_noise or not (physics or material):  # an error of what is seen is no missing torque
         return "explained"
-    return "partly_explained" if left < PARTLY else "unexplained"
+    if remains <= AS_GOOD * left_by_twin(case.stand, case.updated):
+        return "explained"
+    if left >= PARTLY and left_over(case.logged, case.refitted, case.updated) >= PARTLY:
+        return "unexplained"
+    return "partly_explained"
 
 
 def is_series(case: Case) -> bool:

@@ -12,6 +12,8 @@ from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.simulate import Trace, replay
 from gsfdi.types import Array
 
+CLEARLY = 0.1
+"""Power of a misfit beyond noise, over that of the noise, from which it shows in a column."""
 SHOT = 2.0  # [s] between restarts where there is no controller to close the loop
 
 
@@ -47,6 +49,24 @@ def misfit(stand: Bench, model: JointModel) -> dict[str, float]:
         for name, parts in squares.items()
         if sum(map(len, parts)) > 0
     }
+
+
+def left_over(stand: Bench, before: JointModel, after: JointModel) -> float:
+    """Share of the misfit beyond noise that `after` leaves of what `before` does where that is held out.
+
+    In the column that gains least.
+
+    Parameters
+    ----------
+    stand : Bench
+        With the recordings as they came.
+    before, after : JointModel
+    """
+    first, last = misfit(stand, before), misfit(stand, after)
+    floor = noise_floor(stand, list(first))
+    beyond = {name: (first[name] ** 2 - floor[name] ** 2, last[name] ** 2 - floor[name] ** 2) for name in first}
+    shares = [max(b, 0.0) / a for name, (a, b) in beyond.items() if a > CLEARLY * floor[name] ** 2]
+    return float(np.sqrt(max(shares, default=1.0)))
 
 
 def noise_floor(stand: Bench, columns: Sequence[str]) -> Mapping[str, float]:
