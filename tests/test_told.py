@@ -91,11 +91,13 @@ def test_no_law_is_read_off_noisy_slopes(seed: int) -> None:
     assert learn_law([simulate_record(MODEL, seed=seed, duration=60.0)], unknown) is not None
 
 
-def test_a_bias_of_the_current_is_dated_although_no_speed_is_logged() -> None:
-    answer = answered(TermUse("current_bias", {"bias_a": 2e-3}, None, 25.0))
+@pytest.mark.parametrize(("bias", "within"), [(2e-3, 0.2), (2e-2, 0.01)])
+def test_a_bias_of_the_current_is_dated_although_no_speed_is_logged(bias: float, within: float) -> None:
+    answer = answered(TermUse("current_bias", {"bias_a": bias}, None, 25.003))
     (entry,) = answer.omitted_physics
     assert entry["term"] == "current_bias"
-    assert entry["onset_s"] == pytest.approx(25.0, abs=0.2)
+    assert entry["onset_s"] == pytest.approx(25.003, abs=within)
+    assert entry["parameters"]["bias_a"]["value"] == pytest.approx(bias, rel=0.02)
 
 
 def test_play_of_the_teeth_is_told_from_losses_although_no_speed_is_logged() -> None:

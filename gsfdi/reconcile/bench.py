@@ -196,8 +196,8 @@ def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:
     """
     found = np.array([initial_state(model, drive.start) for model in models])
     for row, model in zip(found, models, strict=True):
-        biases = (use for use in model.physics if use.term == "current_bias" and use.onset is None)
-        row[4] -= sum(use.values["bias_a"] for use in biases)
+        biases = (use for use in model.physics if use.term == "current_bias")
+        row[4] -= sum(use.values["bias_a"] * float(np.mean(drive.t >= (use.onset or drive.t[0]))) for use in biases)
         if isinstance(model, Started) and model.windups:
             row[0] -= model.windups[stretch]
             row[2] += model.windups[stretch]

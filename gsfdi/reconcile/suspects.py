@@ -26,6 +26,8 @@ QUIET, CALM = 3.0, 1e-3
 """Torque that the observer of the speed expects to be missing: over that of the effort's noise, over the drive's."""
 BENDS, PLAIN_BEND = 1000, 0.9
 """Places at which a drift is tried for a bend, and the share of it that a bend must explain."""
+STEP_WITHIN, STANDS_OUT = 0.5, 5.0
+"""Time [s] about a bend within which its step lies, and the spreads of a speed's changes that it must exceed."""
 UNUSABLE = 1.0
 """Torque that seems to be missing, over the drive's, from which innovations tell nothing."""
 CLOCKS = ("timestamp_latency", "derivative_delay")
@@ -75,6 +77,7 @@ def suspect_step(first: Round) -> LawFinding | None:
         if share > PLAIN_BEND and (found is None or share > found.share):
             gain = gained(share, len(record.t))
             spread = 0.01 * abs(slope) * law.derivative
+            kink = stepped_at(record.t, measured_velocity(record, stand.model), kink, slope * stand.scales.turns)
             found = LawFinding("current_bias", {"bias_a": -slope * law.derivative}, kink, gain, share, spread)
     return found
 
@@ -135,6 +138,19 @@ def bent(t: Array, values: Array) -> tuple[float, float, float]:
         slope = float(bend @ left) / float(bend @ bend)
         best = max(best, (slope**2 * float(bend @ bend), slope, float(t[step])))
     return best[2], best[1], best[0] / max(float(left @ left), 1e-300)
+
+
+def stepped_at(t: Array, speed: Array, near: float, size: float) -> float:
+    """Find the sample near a bend of the way from which a speed is `size` higher, if that stands out of its noise.
+
+    A bend is found to within several samples; and in each that is put right wrongly the told speed is off by it all.
+    """
+    known = np.flatnonzero(np.isfinite(speed))
+    jump = np.diff(speed[known]) * np.sign(size)
+    close = np.abs(t[known][1:] - near) < STEP_WITHIN
+    if not close.any() or abs(size) < STANDS_OUT * float(np.std(jump)):
+        return near
+    return float(t[known][1:][np.argmax(np.where(close, jump, -np.inf))])
 
 
 def valued(term: str, size: float) -> dict[str, float]:
