@@ -443,18 +443,23 @@ def test_a_payload_is_named_however_large(factor: float) -> None:
     assert entry["parameters"]["ratio"]["value"] == pytest.approx(factor, rel=0.01)
 
 
-def test_what_would_have_to_be_larger_than_is_plausible_is_no_name() -> None:
-    use = TermUse("load_dependent_friction", {"ratio": 0.5})
-    knob = Knob(0, "ratio", 0.1, 0.0, 0.5)
-
-    def settled(ratio: float) -> SimpleNamespace:
-        fitted = SimpleNamespace(model=replace(NOMINAL, physics=(use,)), knobs=(knob,), values=np.array([ratio]))
-        return SimpleNamespace(fitted=fitted)
-
-    terms = shelf("gsfdi.terms", PhysicsTerm)
-    assert is_at_bound(settled(0.5), terms)  # type: ignore[arg-type]
-    assert not is_at_bound(settled(0.49), terms)  # type: ignore[arg-type]
-    assert not is_at_bound(settled(0.0), terms)  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    ("use", "name", "value", "ended"),
+    [
+        (TermUse("load_dependent_friction", {"ratio": 0.5}), "ratio", 0.5, True),
+        (TermUse("load_dependent_friction", {"ratio": 0.5}), "ratio", 0.49, False),
+        (TermUse("load_dependent_friction", {"ratio": 0.5}), "ratio", 0.0, False),
+        (TermUse("gearbox_hysteresis", {"torque_nm": 1.0, "width_rad": 0.5}), "width_rad", 0.5, True),
+        (TermUse("gearbox_hysteresis", {"torque_nm": 1.0, "width_rad": 0.5}), "width_rad", 0.0, False),
+        (TermUse("presliding_friction", {"torque_nm": 1.0, "stiffness_nm_rad": 0.5}), "stiffness_nm_rad", 0.0, True),
+    ],
+)
+def test_what_would_have_to_be_more_than_is_plausible_or_would_never_slip_is_no_name(
+    use: TermUse, name: str, value: float, ended: bool
+) -> None:
+    knob = Knob(0, name, 0.1, 0.0, 0.5)
+    fitted = SimpleNamespace(model=replace(NOMINAL, physics=(use,)), knobs=(knob,), values=np.array([value]))
+    assert is_at_bound(fitted, shelf("gsfdi.terms", PhysicsTerm)) is ended  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("ticks", [0.4, 1.0, 2.5])

@@ -7,7 +7,7 @@ import numpy as np
 from gsfdi.channels import CHANNELS
 from gsfdi.proof.cases import Case
 from gsfdi.proof.kinds import KINDS
-from gsfdi.proof.world import Joint, World, tuned
+from gsfdi.proof.world import Joint, World, recorded, tuned
 from gsfdi.types import Array
 
 PROBED = ("output_inertia", "motor_inertia", "stiffness", "torque_constant")
@@ -48,7 +48,9 @@ def _noise(case: Case, spread: Array) -> Array:
 def _logged(case: Case, runs: list[Array], noise: Array) -> Array:
     """All logged samples of all motions in noise units, one long vector."""
     columns = [0, 1, 2] if case.telemetry.motor_velocity else [0, 2]
-    return np.concatenate([(traces[:, columns] / noise[columns]).ravel() for traces in runs])
+    kept = [recorded(motion.t, case.telemetry) for motion in case.motions]
+    logged = [traces[rows][:, columns] for traces, rows in zip(runs, kept, strict=True)]
+    return np.concatenate([(traces / noise[columns]).ravel() for traces in logged])
 
 
 def _probes(case: Case, world: World, joint: Joint) -> list[tuple[World, float]]:

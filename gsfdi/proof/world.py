@@ -234,12 +234,16 @@ LOGGED = {"timestamp_latency": stamped_late, "velocity_lag": filtered}
 """Effects on what is logged alone."""
 
 
+def recorded(t: Array, telemetry: Telemetry) -> Mask:
+    """Whether samples lie outside the gap of a recording."""
+    first, last = telemetry.gap or (math.inf, math.inf)
+    return np.asarray((t < first) | (t >= last))
+
+
 def logged(motion: Motion, traces: Array, telemetry: Telemetry, seed: int) -> Log:
     """Choose the rows that reach the ground."""
     t = motion.t
-    kept = np.random.default_rng((seed, 3)).random(t.size) >= telemetry.lost
-    if telemetry.gap is not None:
-        kept &= (t < telemetry.gap[0]) | (t >= telemetry.gap[1])
+    kept = (np.random.default_rng((seed, 3)).random(t.size) >= telemetry.lost) & recorded(t, telemetry)
     kept[[0, -1]] = True
     return Log(t, traces[:, 0], traces[:, 1], traces[:, 2], kept)
 

@@ -182,7 +182,7 @@ def contend(
         if likelier(settled, hand) > 0:
             settled = retuned(settled, last, term, floor)
         settled = reshaped(relawed(settled, last, term, floor), term, floor)
-        if is_at_bound(settled, shelf_terms):
+        if is_at_bound(settled.fitted, shelf_terms):
             continue
         gain, least = likelier(settled, hand) - cost_of(entry), settled_bar(settled, entry, trials)
         if merit(entry) < entry.bar and gain < least:

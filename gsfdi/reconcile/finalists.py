@@ -28,8 +28,10 @@ PLAIN = 100.0
 """Merit beyond which a finalist is no faint one."""
 UNPROMISED = 2.0
 """How many times what the regression promised a faint finalist may gain."""
-SLIP = 10.0
-"""Times the noise of the position by which a joint may slip without that being seen."""
+SLIP, SEEN = 10.0, 2.0
+"""Times the noise of the position by which a joint may slip without that being seen, and where its speed is logged."""
+NEVER_SLIPS = {"gearbox_hysteresis": [("width_rad", "high")], "presliding_friction": [("stiffness_nm_rad", "low")]}
+"""Ends of a number at which a bristle is a spring, which has a name of its own."""
 SHAPES = ("plain", "follower")
 """Kinds of numbers that shape a term: neither phases nor lever arms."""
 FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
@@ -132,22 +134,27 @@ def matters(hand: Round, entry: Entry) -> bool:
     if entry.fitted is None:
         return False
     if entry.offer.term == "position_bias":
-        return abs(entry.fitted.model.physics[-1].values["bias_rad"]) > SLIP * hand.stand.scales.noise
+        least = (SEEN if hand.stand.sees_speed else SLIP) * hand.stand.scales.noise
+        return abs(entry.fitted.model.physics[-1].values["bias_rad"]) > least
     if is_sensor(entry.offer.term) and not entry.offer.term.startswith("current_"):
         return True
     model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
     return bool(torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0] > MATERIAL)
 
 
-def is_at_bound(settled: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
-    """Whether the last term would be larger than is plausible: its size ended where it may go no farther."""
-    fitted = settled.fitted
+def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
+    """Whether the last term would be more than is plausible: its size, or what it slips over, may go no farther."""
     last = len(fitted.model.physics) - 1
-    size = shelf_terms[fitted.model.physics[last].term].params[0]
+    term = fitted.model.physics[last].term
+    size = shelf_terms[term].params[0]
+
+    def ends(knob: Knob) -> list[float]:
+        if knob.name == size.name:
+            return [end for end in (knob.low, knob.high) if end != size.neutral]
+        return [getattr(knob, end) for name, end in NEVER_SLIPS.get(term, ()) if knob.name == name]
+
     return any(
-        knob.place == last
-        and knob.name == size.name
-        and any(end != size.neutral and abs(value - end) < 1e-6 * knob.scale for end in (knob.low, knob.high))
+        knob.place == last and any(abs(value - end) < 1e-6 * knob.scale for end in ends(knob))
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )
 

@@ -32,8 +32,7 @@ PER_NUMBER = 0.6
 ALIKE = 3e-5
 """Share of a term's gain by which two may differ through how sensors and steps are written rather than in fact."""
 TWINS = {"position_gain", "velocity_gain"}
-TWIN = 1e9
-"""What parts the twins is how sensors are written: too long an angle and too slow a speed differ by a scale of all."""
+"""What parts them is how sensors are written: too long an angle and too slow a speed differ by a scale of all."""
 UNFELT = 0.1
 """Travel of a usual sample, as a share, in which a bristle that is not felt has bent."""
 WITHIN = 4.0
@@ -93,7 +92,10 @@ def inflations_of(hand: Round) -> Array:
 
 
 def alike(hand: Round, one: TermUse, other: TermUse) -> bool:
-    """Whether nothing but how they are written parts two terms: the twins, and a bristle too stiff to be felt."""
+    """Whether only how they are written, and what is believed of the plant, parts two terms.
+
+    So it is with the twins, and with a bristle too stiff to be felt.
+    """
     both = {one.term: one, other.term: other}
     if set(both) == TWINS:
         return True
@@ -103,6 +105,12 @@ def alike(hand: Round, one: TermUse, other: TermUse) -> bool:
     bristle, values = shelf("gsfdi.terms", PhysicsTerm)["presliding_friction"], both["presliding_friction"].values
     stiffest = plausible(hand.stand, bristle, bristle.param(name), values[name])[1]
     return values[name] > 0.98 * stiffest or values["torque_nm"] / values[name] < UNFELT * scales.speed * scales.period
+
+
+def believed(fitted: Fitted) -> float:
+    """Log-likelihood of a fit's numbers by what was known of them before."""
+    pairs = zip(fitted.knobs, fitted.values, strict=True)
+    return -0.5 * float(sum(((value - k.prior) / k.doubt) ** 2 for k, value in pairs if k.prior is not None))
 
 
 def names(
@@ -132,7 +140,7 @@ def names(
         rows = rivals(hand, place, given, contest, shelf_terms, gain, former) if contest is not None else []
         temper = inflation(hand) + ALIKE * gain
         odds = [
-            merit / (TWIN if alike(hand, use, f.model.physics[-1]) else temper)
+            (believed(f) - believed(hand.fitted) if alike(hand, use, f.model.physics[-1]) else merit / temper)
             + _prior(f.model.physics[-1], shelf_terms, hand)
             for merit, f in rows
         ]

@@ -7,7 +7,7 @@ from gsfdi.fit import Fitted
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import Contest
-from gsfdi.reconcile.finalists import KNOB_COST, is_chance
+from gsfdi.reconcile.finalists import KNOB_COST, is_at_bound, is_chance
 from gsfdi.reconcile.hand import Round, settle, with_term
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.noise import effort_floor
@@ -80,7 +80,8 @@ def rivals(
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 4)
         if fitted.cost - hand.fitted.cost < hopeless:
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 8)
-        found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
+        if not is_at_bound(fitted, shelf_terms):
+            found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
     return found
 
 
