@@ -5,6 +5,9 @@ sensor and that of the effort's over the derivative gain. Only the constant with
 And since the same noise of the effort is in what drives the model, it has to be told apart from process noise: a joint
 driven by a noisy recording under feedback, seen by its position alone, seems to answer too weakly, and fits blame the
 gearbox (a damping gained 10 in log-likelihood at the median of fault-free joints, and up to 24).
+
+That holds sample by sample. With the speed told at 59 % of them, where a setpoint ran on smooth ramps and its rate was
+not logged, a damping gained 31 to 51 on fault-free joints; told at all but jolts of the setpoint, 0 to 2.
 """
 
 from collections.abc import Sequence
