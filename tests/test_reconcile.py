@@ -582,6 +582,16 @@ def test_a_faint_winner_whose_like_gains_on_twins_is_none(
     assert twin.is_imitated(hand, NOMINAL, entry, term) is imitated  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("onset", [25.003, 25.01, 31.37])
+def test_a_large_step_of_the_position_is_found_to_the_sample(onset: float) -> None:
+    step = TermUse("position_bias", {"bias_rad": 1.6e-3}, None, onset)
+    record = simulate_record(replace(MODEL, physics=(step,)), seed=2, duration=60.0)
+    (entry,) = reconcile([record], MODEL).omitted_physics
+    assert entry["term"] == "position_bias"
+    assert entry["onset_s"] == pytest.approx(onset, abs=0.0101)
+    assert entry["parameters"]["bias_rad"]["value"] == pytest.approx(1.6e-3, rel=0.01)
+
+
 def test_a_stop_that_is_met_once_is_named() -> None:
     reach = float(np.max(recorded(NOMINAL)["position"]))
     stop = TermUse("end_stop", {"angle_rad": 0.97 * reach, "stiffness_nm_rad": 200.0})

@@ -179,7 +179,8 @@ def _steps(held: Held) -> list[LawFinding]:
         info = (k + 1) * (n - 1 - k) / n
         best = int(np.argmax(size**2 * info))
         rest = held.energy - float(size[best] ** 2 * info[best])
-        onset, spread = float(sheet.t[k[best] + 1]), float(np.sqrt(rest / held.samples / info[best]))
+        onset = 0.5 * float(sheet.t[k[best]] + sheet.t[k[best] + 1])
+        spread = float(np.sqrt(rest / held.samples / info[best]))
         gain = held.gain(rest) - float(np.log(held.samples))
         found.append(
             LawFinding("current_bias", {"bias_a": float(size[best])}, onset, gain, 1 - rest / held.energy, spread)

@@ -168,7 +168,8 @@ def stepped(hand: Round, offer: Offer) -> Entry | None:
         if found is None:
             continue
         k, size, gain = found
-        entry = Entry(offer, float(record.t[k]), np.array([size]), gain)
+        onset = 0.5 * float(record.t[max(k - 1, 0)] + record.t[k])  # on the sample itself rounding would decide
+        entry = Entry(offer, onset, np.array([size]), gain)
         if offer.mix(entry.coefficients) is not None and (best is None or entry.linear > best.linear):
             best = entry
     return best

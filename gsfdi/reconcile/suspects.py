@@ -141,16 +141,17 @@ def bent(t: Array, values: Array) -> tuple[float, float, float]:
 
 
 def stepped_at(t: Array, speed: Array, near: float, size: float) -> float:
-    """Find the sample near a bend of the way from which a speed is `size` higher, if that stands out of its noise.
+    """Find the moment near a bend of the way from which a speed is `size` higher, if that stands out of its noise.
 
-    A bend is found to within several samples; and in each that is put right wrongly the told speed is off by it all.
+    It lies between two samples, where rounding does not decide to which of them it belongs. A bend is found to within several samples; and in each that is put right wrongly the told speed is off by it all.
     """
     known = np.flatnonzero(np.isfinite(speed))
     jump = np.diff(speed[known]) * np.sign(size)
     close = np.abs(t[known][1:] - near) < STEP_WITHIN
     if not close.any() or abs(size) < STANDS_OUT * float(np.std(jump)):
         return near
-    return float(t[known][1:][np.argmax(np.where(close, jump, -np.inf))])
+    first = int(np.argmax(np.where(close, jump, -np.inf)))
+    return 0.5 * float(t[known][first] + t[known][first + 1])
 
 
 def valued(term: str, size: float) -> dict[str, float]:
