@@ -143,7 +143,8 @@ def bent(t: Array, values: Array) -> tuple[float, float, float]:
 def stepped_at(t: Array, speed: Array, near: float, size: float) -> float:
     """Find the moment near a bend of the way from which a speed is `size` higher, if that stands out of its noise.
 
-    It lies between two samples, where rounding does not decide to which of them it belongs. A bend is found to within several samples; and in each that is put right wrongly the told speed is off by it all.
+    It lies between two samples, where rounding does not decide to which of them it belongs. A bend is found to within
+    several samples; and in each that is put right wrongly the told speed is off by it all.
     """
     known = np.flatnonzero(np.isfinite(speed))
     jump = np.diff(speed[known]) * np.sign(size)
