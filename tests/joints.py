@@ -50,12 +50,8 @@ def ramping(model: JointModel, seed: int) -> JointRecord:
     setpoint = ramped()
     t = 0.01 * np.arange(len(setpoint))
     asked = replace(simulate_record(MODEL, duration=1.0), t=t, channels={"setpoint": setpoint}, valid={})
-    return without_channels(simulate_record(model, replay=asked, seed=seed), "setpoint_rate", "motor_velocity")
-
-
-def without_channels(record: JointRecord, *names: str) -> JointRecord:
-    """Give a record as if some channels had not been logged."""
-    return replace(record, channels={k: record[k] for k in record.channels if k not in names}, valid={})
+    shown = without_speed(simulate_record(model, replay=asked, seed=seed))
+    return replace(shown, channels={name: shown[name] for name in shown.channels if name != "setpoint_rate"})
 
 
 @cache

@@ -46,6 +46,11 @@ class Fitted:
     residual: Array
     jacobian: Array
 
+    @property
+    def belief(self) -> float:
+        """Log-likelihood of the values by what was known of them before."""
+        return -0.5 * float(np.sum(_prior(self.knobs, self.values)[0] ** 2))
+
 
 def levenberg(
     misfit: Misfit,

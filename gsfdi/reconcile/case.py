@@ -84,7 +84,7 @@ class Case:
 
     @property
     def refitted(self) -> JointModel:
-        """The model with its parameters fitted, and nothing found."""
+        """The model with its parameters fitted, and no term that competed."""
         return self.modelled(self.first, ())
 
     def modelled(self, hand: Round, findings: Sequence[LawFinding]) -> JointModel:

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from gsfdi.fit import Fitted, Knob, turned
-from gsfdi.model import JointModel, TermUse
+from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.hand import Round, around, is_sensor, leaves_nothing, likelier, settle, with_term
+from gsfdi.reconcile.hand import Round, around, is_sensor, leaves_nothing, likelier, regressed, settle, with_term
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.offering import MATERIAL
@@ -30,7 +30,7 @@ UNPROMISED = 2.0
 """How many times what the regression promised a faint finalist may gain."""
 SLIP, SEEN = 10.0, 2.0
 """Times the noise of the position by which a joint may slip without that being seen, and where its speed is logged."""
-NEVER_SLIPS = {"gearbox_hysteresis": [("width_rad", "high")], "presliding_friction": [("stiffness_nm_rad", "low")]}
+NEVER_SLIPS = {("gearbox_hysteresis", "width_rad"): "high", ("presliding_friction", "stiffness_nm_rad"): "low"}
 """Ends of a number at which a bristle is a spring, which has a name of its own."""
 SHAPES = ("plain", "follower")
 """Kinds of numbers that shape a term: neither phases nor lever arms."""
@@ -151,7 +151,8 @@ def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
     def ends(knob: Knob) -> list[float]:
         if knob.name == size.name:
             return [end for end in (knob.low, knob.high) if end != size.neutral]
-        return [getattr(knob, end) for name, end in NEVER_SLIPS.get(term, ()) if knob.name == name]
+        end = NEVER_SLIPS.get((term, knob.name))
+        return [getattr(knob, end)] if end else []
 
     return any(
         knob.place == last and any(abs(value - end) < 1e-6 * knob.scale for end in ends(knob))
@@ -192,28 +193,29 @@ def retuned(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         return hand
     best, name, size = hand.fitted, term.frequency.name, term.params[0]
     model, use = best.model, best.model.physics[place]
-    bare = model.with_use(place, replace(use, values={**use.values, size.name: 0.0}))
-    rest = [knob.place != place for knob in best.knobs]
-    others = replace(best, model=bare, jacobian=best.jacobian[:, rest], residual=hand.misfit([bare])[0])
-    kept = replace(
-        others, knobs=tuple(k for k, stays in zip(best.knobs, rest, strict=True) if stays), values=best.values[rest]
-    )
-    for pitch in worthy_frequencies(replace(hand, fitted=kept))[term.name]:
+    bare = _emptied(hand, place, size.name)
+    for pitch in worthy_frequencies(bare)[term.name]:
         values = {**use.values, name: pitch, size.name: max(use.values[size.name], size.start)}
-        share = promised(hand, bare, model.with_use(place, replace(use, values=values)), rest)
+        moved = hand.misfit([model.with_use(place, replace(use, values=values))]) - bare.fitted.residual
+        (score,), (information,) = regressed(bare, moved)
+        share = -float(score / information)
         values[size.name] *= share if 0.0 < share < FARTHEST else 1.0
         trial = fit_knobs(hand.misfit, model.with_use(place, replace(use, values=values)), best.knobs, 3)
         best = min(best, trial, key=lambda one: one.cost)
     return hand if best.cost > hand.fitted.cost - KNOB_COST else settle(hand.stand, best.model, best.knobs, floor)
 
 
-def promised(hand: Round, bare: JointModel, model: JointModel, rest: Sequence[bool]) -> float:
-    """How far from `bare` towards `model` regression would go, with the knobs of the `rest` beside it."""
-    basis = np.linalg.qr(hand.fitted.jacobian[:, rest])[0]
-    seen = hand.misfit([bare, model])
-    left = seen - (seen @ basis) @ basis.T
-    moved = left[1] - left[0]
-    return -float(moved @ left[0]) / max(float(moved @ moved), 1e-300)
+def _emptied(hand: Round, place: int, size: str) -> Round:
+    """Give the round with the term at `place` sized at nothing, and none of its knobs."""
+    fitted = hand.fitted
+    use = fitted.model.physics[place]
+    model = fitted.model.with_use(place, replace(use, values={**use.values, size: 0.0}))
+    rest = [i for i, knob in enumerate(fitted.knobs) if knob.place != place]
+    knobs, values, slopes = tuple(fitted.knobs[i] for i in rest), fitted.values[rest], fitted.jacobian[:, rest]
+    residual = hand.misfit([model])[0]
+    return replace(
+        hand, fitted=replace(fitted, model=model, knobs=knobs, values=values, jacobian=slopes, residual=residual)
+    )
 
 
 def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:

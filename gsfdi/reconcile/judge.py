@@ -107,12 +107,6 @@ def alike(hand: Round, one: TermUse, other: TermUse) -> bool:
     return values[name] > 0.98 * stiffest or values["torque_nm"] / values[name] < UNFELT * scales.speed * scales.period
 
 
-def believed(fitted: Fitted) -> float:
-    """Log-likelihood of a fit's numbers by what was known of them before."""
-    pairs = zip(fitted.knobs, fitted.values, strict=True)
-    return -0.5 * float(sum(((value - k.prior) / k.doubt) ** 2 for k, value in pairs if k.prior is not None))
-
-
 def names(
     hand: Round, given: int, contests: Sequence[Contest], shelf_terms: Mapping[str, PhysicsTerm]
 ) -> tuple[Round, list[Name]]:
@@ -140,7 +134,7 @@ def names(
         rows = rivals(hand, place, given, contest, shelf_terms, gain, former) if contest is not None else []
         temper = inflation(hand) + ALIKE * gain
         odds = [
-            (believed(f) - believed(hand.fitted) if alike(hand, use, f.model.physics[-1]) else merit / temper)
+            (f.belief - hand.fitted.belief if alike(hand, use, f.model.physics[-1]) else merit / temper)
             + _prior(f.model.physics[-1], shelf_terms, hand)
             for merit, f in rows
         ]

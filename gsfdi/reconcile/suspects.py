@@ -207,9 +207,8 @@ def quiet(first: Round, i: int, speed: Array) -> tuple[JointRecord, Array]:
     trace = replay(model, first.stand.drives[i])
     if not np.isfinite(trace.position).all():
         return record, speed
-    channels = {name: record[name] for name in record.channels}
     shown = {"position": trace.position, record.effort: trace.effort}
-    return replace(record, channels={**channels, **shown}, valid={}), shown_speed(trace, model)
+    return replace(record, channels={**record.channels, **shown}), shown_speed(trace, model)
 
 
 def position_of(record: JointRecord) -> Array:

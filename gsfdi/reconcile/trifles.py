@@ -19,20 +19,20 @@ MENDS = 0.04
 
 A contact is felt everywhere, so that beside a backlash any other term may stand for how its flanks are made.
 """
-ERRS = 0.1
-"""Share of its torque by which a term that is `SHAPED` may be another than the library's."""
 SHAPED_TOO = 0.02
 """The same for one that is `SHAPED` itself."""
+SPARED = 0.15
+"""The same where it would take something off what the nominal model holds."""
+ERRS = 0.1
+"""Share of its torque by which a term that is `SHAPED` may be another than the library's."""
+CLEARED = 0.2
+"""Share of the missing torque that remains once a term is there that is no mend, however little it gains."""
+SLIGHT = 0.005
+"""Share of the drive's torque up to which a term is slight."""
 SHAPED = ("stribeck_friction", "presliding_friction", "gearbox_hysteresis", "backlash")
 """Terms of which the literature has several laws, so that the joint's may be another than the library's."""
 ONE_WAY = ("asymmetric_friction",)
 """Terms that no law of those can need, for they act the same way whichever way the joint moves."""
-CLEARED = 0.2
-"""Share of the missing torque that remains once a term is there that is no mend, however little it gains."""
-SPARED = 0.15
-"""The same where it would take something off what the nominal model holds."""
-SLIGHT = 0.005
-"""Share of the drive's torque up to which a term is slight."""
 
 
 def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> Round:
