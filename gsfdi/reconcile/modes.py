@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.signal import bilinear, lfilter
+from scipy.signal import lfilter
 
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
@@ -55,11 +55,15 @@ def fastest(stand: Bench, term: PhysicsTerm) -> float:
 def pull(speed: Array, frequency: float, period: float) -> Array:
     """Torque [N m] of an appendage of 1 kg m² that a joint of a given speed carries along.
 
-    ``T(s) = s (ω² + 2 ζ ω s) / (s² + 2 ζ ω s + ω²) · v(s)``; the speed before the first sample is the first one's.
+    ``T(s) = s (ω² + 2 ζ ω s) / (s² + 2 ζ ω s + ω²) · v(s)``, by the bilinear transform; the speed before the first
+    sample is the first one's.
     """
     omega = 2.0 * np.pi * frequency
     drag = 2.0 * DAMPING * omega
-    b, a = bilinear([drag, omega**2, 0.0], [1.0, drag, omega**2], 1.0 / period)
+    rate = 2.0 / period
+    up, across, down = drag * rate**2, omega**2 * rate, rate**2 + omega**2
+    b = (up + across, -2.0 * up, up - across)
+    a = (down + drag * rate, 2.0 * (omega**2 - rate**2), down - drag * rate)
     return np.asarray(lfilter(b, a, speed - speed[0]))
 
 

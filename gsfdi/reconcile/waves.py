@@ -4,6 +4,7 @@ A wave of unknown order is too many hypotheses for replays. But a small torque o
 observer as through a linear filter, so that sine and cosine of every order are filtered and regressed at once.
 """
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -16,6 +17,7 @@ from gsfdi.types import Array
 from gsfdi.whiten import respond
 
 MOST = 3
+AT_ONCE = 4
 LEAST_WAVES = 0.75
 """Waves of a motor that must lie within the motion: a smaller part of one is what a weight or a cable does, too."""
 
@@ -31,9 +33,17 @@ def worthy_orders(hand: Round, most: int = MOST) -> Mapping[str, tuple[float, ..
 
 
 def _best(hand: Round, place: Place, states: list[Array], most: int) -> tuple[float, ...]:
+    on_joint = place == "position_sensor"
+    orders = _grid(hand.stand, on_joint)
+    chunks = np.array_split(orders, math.ceil(len(orders) / AT_ONCE))
+    gains = np.concatenate([_gains(hand, _signatures(hand, place, states, chunk), len(chunk)) for chunk in chunks])
+    return tuple(float(orders[k]) for k in np.argsort(-gains)[:most])
+
+
+def _signatures(hand: Round, place: Place, states: list[Array], orders: Array) -> Array:
+    """White innovations that the sine of each order leaves, then those of the cosines."""
     stand = hand.stand
     on_joint = place == "position_sensor"
-    orders = _grid(stand, on_joint)
     parts = []
     for i, x in enumerate(states):
         angle = x[:, 0] + x[:, 2] if on_joint else stand.model.plant.gear_ratio * x[:, 0]
@@ -43,10 +53,7 @@ def _best(hand: Round, place: Place, states: list[Array], most: int) -> tuple[fl
         waves = np.concatenate([shrink * np.sin(turn), shrink * np.cos(turn)])
         torque, sensed = _acting(stand, place, i, waves)
         parts.append(respond(stand.system, stand.gain, torque, sensed, stand.steps[i]))
-    signatures = stand.white(parts, hand.tools)
-    gains = _gains(hand, signatures, len(orders))
-    ranked = np.argsort(-gains)
-    return tuple(float(orders[k]) for k in ranked[:most])
+    return stand.white(parts, hand.tools)
 
 
 def _grid(stand: Bench, on_joint: bool) -> Array:

@@ -230,11 +230,13 @@ def _refilter(Ad, C, K0, K, W, steps, e, out):  # type: ignore[no-untyped-def]
 def _bleach(colour, size, out):  # type: ignore[no-untyped-def]
     """Take off each channel of `out` (m, n, p) what its own past (p, k) foretells, and scale what is left to 1."""
     m, n, p = out.shape
-    order = colour.shape[1]
+    past, left = np.zeros(n), np.zeros(n)
     for j in range(m):
         for i in range(p):
-            for k in range(n - 1, -1, -1):
-                total = out[j, k, i]
-                for lag in range(min(order, k)):
-                    total -= colour[i, lag] * out[j, k - 1 - lag, i]
-                out[j, k, i] = total / size[i]
+            past[:] = out[j, :, i]
+            left[:] = past
+            for lag in range(1, colour.shape[1] + 1):  # lag by lag, which the processor does in parallel
+                for k in range(lag, n):
+                    left[k] -= colour[i, lag - 1] * past[k - lag]
+            for k in range(n):
+                out[j, k, i] = left[k] / size[i]
