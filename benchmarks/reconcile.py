@@ -15,6 +15,7 @@ from gsfdi import ingest
 from gsfdi.model import JointModel, TermUse
 from gsfdi.modelfile import load_models, terms
 from gsfdi.motion import ANGLE, DIRECTION, QUANTITIES, SPEED, STATES
+from gsfdi.packed import values_of
 from gsfdi.reconcile import reconcile
 from gsfdi.simulate import drive_of, replay
 from gsfdi.types import Array, JointRecord
@@ -53,7 +54,7 @@ def balance(record: JointRecord, model: JointModel) -> float:
 def friction(use: TermUse, position: Array, speed: Array) -> Array:
     """Force with which a term of friction resists along a motion."""
     term = terms()[use.term]
-    m, s, p = np.zeros(QUANTITIES), np.full(STATES, np.nan), [use.values[param.name] for param in term.params]
+    m, s, p = np.zeros(QUANTITIES), np.full(STATES, np.nan), values_of(use)
     found = []
     for angle, rate in zip(position, speed, strict=True):
         m[ANGLE], m[SPEED], m[DIRECTION] = angle, rate, np.sign(rate)

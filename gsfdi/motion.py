@@ -101,7 +101,7 @@ class Param:
         How it acts beside the number that sizes the term. An ``angle`` counts on past `low` and `high`, turn after
         turn; one without `trials` is a phase, which sine and cosine span. An ``arm`` makes the law size · (x - arm) or
         size · (1 + arm x), which two trials span. A ``follower`` grows with the size; its trials belong to a full one.
-        A ``choice`` of 0 or 1 is between two laws that go by one name: no fit turns it. A ``detail`` refines a law, and
+        A ``choice``, 0 to `high`, is between laws that go by one name: no fit turns it. A ``detail`` refines a law, and
         is left out, which makes it `start`, unless it earns its place once the term is there.
     size : callable or None
         On a motion, value to try of the number that sizes the term, the first that has a `neutral` and no `trials`;

@@ -15,11 +15,13 @@ from gsfdi.model import JointModel, Plant, TermUse
 from gsfdi.modelfile import terms
 from gsfdi.motion import QUANTITIES, STATES, TIME, Law, PhysicsTerm
 from gsfdi.replay import layout
+from gsfdi.sliding import SMOOTH
 from gsfdi.types import Array
 
 LINEAR_PHASE = 0.5  # [rad] of the fastest mode per substep: the matrix exponential's series then holds to 1e-14
 LAW_PHASE = 0.25  # the same where laws act: a harmonic oscillator made of laws is then 0.3 % off in frequency
 SPRING_PHASE = 0.16  # the same where laws replace the spring itself
+TURNING = 4.0  # speed below which a smooth friction turns round, over the one that it turns by
 LAW_DECAY = 0.5  # largest decay of a law's damping per substep
 
 _SLOT = {
@@ -153,7 +155,8 @@ def pack(model: JointModel, finer: int = 1) -> Array:
         else (0,) * 6
     )
     rigid = model.structure == "rigid"
-    head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, len(eras)]
+    slow = TURNING * max((use.values.get(SMOOTH.name, 0.0) for use in model.physics), default=0.0)
+    head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, slow, len(eras)]
     first = [bisect_left(slots, slot) for slot in range(layout.SLOTS + 1)]
     return np.concatenate([head, first, np.ravel(eras), rows.ravel()], dtype=np.float64)
 

@@ -31,6 +31,7 @@ GROUND = (
     "assemble",
     "motion",
     "bristle",
+    "sliding",
     "scales",
     "model",
     "replay",

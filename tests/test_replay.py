@@ -154,6 +154,11 @@ CASES = {
     "stick on the motor": ((MOTOR,), Oracle(P, motor_dry=lambda _a, _v: 3.0), 5e-6),
     "stick on both sides": ((MOTOR, OUTPUT), Oracle(P, lambda _a, _v: 3.0, lambda _a, _v: 2.0), 5e-6),
     "stick-slip": ((MOTOR, STRIBECK), Oracle(P, lambda _a, v: 3.0 + 2.0 * math.exp(-((v / 0.003) ** 2))), 2e-4),
+    "a harness that hardens": (
+        (TermUse("cable_harness", {"stiffness_nm_rad": 300.0, "rest_rad": 0.1, "hardening_per_rad2": 50.0}),),
+        Oracle(P, output_torque=lambda a, _v: 300.0 * (a - 0.1) * (1.0 + 50.0 * (a - 0.1) ** 2)),
+        3e-5,
+    ),
     "a tight spot": (
         (TermUse("position_dependent_friction", {"torque_nm": 4.0, "centre_rad": 0.01, "width_rad": 0.004}, "output"),),
         Oracle(P, output_dry=lambda a, _v: 4.0 * math.exp(-0.5 * ((a - 0.01) / 0.004) ** 2)),
@@ -197,6 +202,18 @@ def test_physics_matches_integration_with_events(name: str) -> None:
             assert np.max(np.abs(got - true)) < tolerance / finer * np.max(np.abs(true))
         errors.append(np.sqrt(np.mean((trace.effort - efforts) ** 2)))
     assert math.log(errors[0] / errors[1], 4) > 1.5  # second order; corners cost a little of it
+
+
+def test_friction_that_turns_round_smoothly_matches_integration() -> None:
+    """Steps in which it turns are taken in parts: what they get wrong there would be called a delay."""
+    t, r = wave(100.0, 5.0)
+    oracle = Oracle(P, motor_torque=lambda _a, v: 3.0 * math.tanh(v / 5e-4))
+    assert ERA.controller is not None
+    states, efforts = closed_loop(oracle, ERA.controller, r, np.gradient(r, t), 0.01)
+    smooth = with_terms(replace(MOTOR, values={"torque_nm": 3.0, "smooth_rad_s": 5e-4}))
+    trace = replay(smooth, commanded(t, r, ERA), x0=np.zeros(5))
+    for got, true in ((trace.effort, efforts), (trace.position, states[:, 0] + states[:, 2])):
+        np.testing.assert_allclose(got, true, rtol=0.0, atol=5e-5 * np.max(np.abs(true)))
 
 
 def test_smooth_laws_converge_with_second_order() -> None:

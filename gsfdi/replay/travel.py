@@ -27,8 +27,9 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
     span = clock[now + 1, at.TIME] - clock[now, at.TIME]
     if span <= 0.0:
         return
-    turns = model[at.RIGID] == 0 and (
-        any_in(at.MOTOR_DRY, model) or any_in(at.OUTPUT_DRY, model) or any_in(at.WINDUP, model)
+    turns = model[at.SLOW] > 0 or (
+        model[at.RIGID] == 0
+        and (any_in(at.MOTOR_DRY, model) or any_in(at.OUTPUT_DRY, model) or any_in(at.WINDUP, model))
     )
     delayed = any_in(at.DELAY, model)  # the delayed effort changes within the span: its mean over a part of it acts
     if model[at.WAVE] > 0 or abs(span - v[at.FITTED, 1]) > 1e-8 * span:  # stamps in float64 differ by less
@@ -98,13 +99,15 @@ def substep(model, era, m, v, states, flow, first, effort, time, h):  # type: ig
     Returns
     -------
     bool
-        Whether a dry friction began or ceased to slide, or turned round, or a play was entered or left.
+        Whether a dry friction began or ceased to slide, or turned round, at once or smoothly, or a play was entered
+        or left.
     """
     full = first + 1
     loose = is_loose(model, m, v, states, time)
     drive = model[era + at.DRIVE_GAIN] * effort
     on_motor = v[at.TORQUES, 0] * drive + v[at.TORQUES, 3] - v[at.TORQUES, 1]
     advance(flow, first, v, at.X, at.MIDDLE, on_motor, -v[at.TORQUES, 3] - v[at.TORQUES, 2])
+    slow = is_slow(model, v)
     see(model, m, v, at.MIDDLE, time + 0.5 * h)
     m[motion.STEP], m[motion.CURRENT], m[motion.STIFFNESS] = h, effort, model[era + at.SPRING_RATE]
     factor = product(at.TORQUE_CONSTANT, model, m, states)
@@ -138,7 +141,22 @@ def substep(model, era, m, v, states, flow, first, effort, time, h):  # type: ig
         v[at.X, 2] = joint + h * output_slid - v[at.X, 0]
     v[at.TORQUES, 0], v[at.TORQUES, 3] = factor, spring
     v[at.TORQUES, 1], v[at.TORQUES, 2] = on_motor + dry_motor, on_output + dry_output
-    return motor_did == TURNS or output_did == TURNS or loose or is_loose(model, m, v, states, time + h)
+    return motor_did == TURNS or output_did == TURNS or slow or loose or is_loose(model, m, v, states, time + h)
+
+
+@inlined
+def is_slow(model, v):  # type: ignore[no-untyped-def]
+    """Whether a friction turns round smoothly between the state and the middle of the step."""
+    return (
+        passes(v[at.X, 1], v[at.MIDDLE, 1], model[at.SLOW])
+        or passes(v[at.X, 1] + v[at.X, 3], v[at.MIDDLE, 1] + v[at.MIDDLE, 3], model[at.SLOW])
+    )  # fmt: skip
+
+
+@inlined
+def passes(before, after, reach):  # type: ignore[no-untyped-def]
+    """Whether a speed comes within reach of zero."""
+    return reach > 0.0 and (min(abs(before), abs(after)) < reach or before * after < 0.0)
 
 
 @compiled

@@ -1,11 +1,12 @@
 """Asymmetric friction: one direction of motion costs more than the other."""
 
 from gsfdi.motion import DIRECTION, SPEED, Param, PhysicsTerm, Vector
+from gsfdi.sliding import SMOOTH, sliding
 
 
 def level(m: Vector, p: Vector, s: Vector) -> float:
     """Give half the difference, added in positive and taken away in negative motion."""
-    return 0.5 * m[DIRECTION] * (p[0] + p[1] * abs(m[SPEED]))
+    return 0.5 * m[DIRECTION] * (p[0] * sliding(m, p[2]) + p[1] * abs(m[SPEED]))
 
 
 TERM = PhysicsTerm(
@@ -40,6 +41,7 @@ TERM = PhysicsTerm(
             linear=True,
             step=lambda s: 0.1 * s.of("N m s/rad"),
         ),
+        SMOOTH,
     ),
     source="A. Janot, M. Gautier and M. Brunot, Data Set and Reference Models of EMPS (2019): Fc± and Fv±",
     signature=("balance",),

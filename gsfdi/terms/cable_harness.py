@@ -4,8 +4,9 @@ from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm, Vector
 
 
 def torque(m: Vector, p: Vector, s: Vector) -> float:
-    """Give k (θ - rest)."""
-    return p[0] * (m[JOINT_ANGLE] - p[1])
+    """Give k x (1 + h x²) with x = θ - rest."""
+    x = m[JOINT_ANGLE] - p[1]
+    return p[0] * x * (1.0 + p[2] * x * x)
 
 
 TERM = PhysicsTerm(
@@ -40,8 +41,20 @@ TERM = PhysicsTerm(
             plausible=lambda s, rest: (s.centre - 10 * s.reach, s.centre + 10 * s.reach),
             step=lambda s: s.reach,
         ),
+        Param(
+            "hardening_per_rad2",
+            "1/rad²",
+            "by how much the harness grows stiffer the further it is bent",
+            start=0.0,
+            low=0.0,
+            high=1e6,
+            typical=1.0,
+            kind="detail",
+            trials=lambda s: [share / s.reach**2 for share in (0.1, 0.5)],
+            plausible=lambda s, hardening: (0.0, 3.0 / s.reach**2),
+        ),
     ),
-    source="Hooke's law across the joint: τ = k (θ - θ0)",
+    source="Hooke's law across the joint, and Duffing's where it hardens: τ = k x (1 + h x²) with x = θ - θ0",
     signature=("balance", "output"),
     sides=("output",),
     stiffness=lambda p: p[0],

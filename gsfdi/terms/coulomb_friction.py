@@ -1,11 +1,12 @@
 """Coulomb friction: a constant torque against the motion, which holds the joint still below it."""
 
 from gsfdi.motion import Param, PhysicsTerm, Vector
+from gsfdi.sliding import SMOOTH, sliding
 
 
 def level(m: Vector, p: Vector, s: Vector) -> float:
     """Give the level."""
-    return p[0]
+    return p[0] * sliding(m, p[1])
 
 
 TERM = PhysicsTerm(
@@ -19,6 +20,7 @@ TERM = PhysicsTerm(
         Param(
             "torque_nm", "N m", "friction torque", start=2.0, low=0.0, high=1e5, typical=2.0, neutral=0.0, linear=True
         ),
+        SMOOTH,
     ),
     source="H. Olsson et al., Eur. J. Control 4 (1998) 176: F = Fc sgn(v), any value up to Fc at rest",
     signature=("balance",),

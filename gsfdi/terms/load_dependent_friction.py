@@ -1,11 +1,12 @@
 """Load-dependent friction: meshing teeth rub the harder the more torque they pass on."""
 
 from gsfdi.motion import LOAD, Param, PhysicsTerm, Vector
+from gsfdi.sliding import SMOOTH, sliding
 
 
 def level(m: Vector, p: Vector, s: Vector) -> float:
     """Give ratio |load|."""
-    return p[0] * abs(m[LOAD])
+    return p[0] * abs(m[LOAD]) * sliding(m, p[1])
 
 
 TERM = PhysicsTerm(
@@ -29,6 +30,7 @@ TERM = PhysicsTerm(
             size=lambda s: 0.02,
             plausible=lambda s, ratio: (0.0, 0.5),
         ),
+        SMOOTH,
     ),
     source="P. Hamon, M. Gautier and P. Garrec, IEEE/RSJ IROS (2010): dry friction in proportion to the load",
     signature=("balance",),

@@ -5,12 +5,13 @@ import math
 import numpy as np
 
 from gsfdi.motion import JOINT_ANGLE, Param, PhysicsTerm, Vector
+from gsfdi.sliding import SMOOTH, sliding
 
 
 def level(m: Vector, p: Vector, s: Vector) -> float:
     """Give F exp(-((θ - centre) / width)² / 2)."""
     x = (m[JOINT_ANGLE] - p[1]) / p[2]
-    return p[0] * math.exp(-0.5 * min(x * x, 1400.0))
+    return p[0] * math.exp(-0.5 * min(x * x, 1400.0)) * sliding(m, p[3])
 
 
 TERM = PhysicsTerm(
@@ -55,6 +56,7 @@ TERM = PhysicsTerm(
             trials=lambda s: (0.1 * s.reach, 0.25 * s.reach),
             plausible=lambda s, width: (0.01 * s.reach, 0.6 * s.reach),
         ),
+        SMOOTH,
     ),
     source="B. Armstrong, Control of Machines with Friction (1991), who measured it; the Gaussian shape is ours",
     signature=("balance",),

@@ -1,11 +1,15 @@
 """Temperature-dependent viscous friction: cold lubricant is stiff."""
 
+import math
+
 from gsfdi.motion import REFERENCE_TEMPERATURE, SPEED, TEMPERATURE, Param, PhysicsTerm, Vector
 
 
 def torque(m: Vector, p: Vector, s: Vector) -> float:
-    """Give b max(0, 1 + k (T - 20 degC)) times speed."""
-    return p[0] * max(0.0, 1.0 + p[1] * (m[TEMPERATURE] - REFERENCE_TEMPERATURE)) * m[SPEED]
+    """Give b max(0, 1 + x) or b exp(x) times speed, with x = k (T - 20 degC)."""
+    x = p[1] * (m[TEMPERATURE] - REFERENCE_TEMPERATURE)
+    share = math.exp(min(x, 700.0)) if p[2] > 0.5 else max(0.0, 1.0 + x)
+    return p[0] * share * m[SPEED]
 
 
 TERM = PhysicsTerm(
@@ -39,8 +43,19 @@ TERM = PhysicsTerm(
             trials=lambda s: (-0.03, 0.01) if s.warms else (),
             step=lambda s: 0.02,
         ),
+        Param(
+            "exponential",
+            "1",
+            "0: in proportion to the temperature; 1: as its exponential",
+            start=0.0,
+            low=0.0,
+            high=1.0,
+            typical=1.0,
+            kind="choice",
+        ),
     ),
-    source="A. C. Bittencourt and S. Gunnarsson, J. Dyn. Syst. Meas. Control 134 (2012) 051013, to first order in T",
+    source="A. C. Bittencourt and S. Gunnarsson, J. Dyn. Syst. Meas. Control 134 (2012) 051013, whose exponential "
+    "is as good as a straight line over a few degrees",
     signature=("balance",),
     sides=("motor", "output"),
     dissipative=True,
