@@ -40,6 +40,7 @@ from gsfdi.reconcile.simpler import simplified
 from gsfdi.reconcile.smallest import Smallest, smallest
 from gsfdi.reconcile.trifles import only_mends_flanks
 from gsfdi.reconcile.window import dating_window, typical_window
+from gsfdi.registry import shelf
 from gsfdi.types import Array
 
 NEAR = 0.3
@@ -129,6 +130,10 @@ def rounds(
     left = 1.0
     while True:
         contest, settled = contend(hand, shelf_terms, floor, given, LEAST if left < TRIVIAL else 0.0)
+        restated = hand if leaves_nothing(hand, floor) else rewritten(hand, given, floor)
+        if restated is not hand and (settled is None or likelier(restated, settled) > 0):
+            first, hand = (first if contests else restated), restated
+            continue
         contests.append(contest)
         if settled is None:
             return first, hand, contests
@@ -141,6 +146,14 @@ def rounds(
         left = missing(hand, floor) / max(missing(first, floor), 1e-300)
         if len(contests) >= most or (len(contests) >= MAIN and left > DETAIL):
             return first, hand, contests
+
+
+def rewritten(hand: Round, given: int, floor: Array) -> Round:
+    """Try the terms that the nominal model holds by another law of their name; they all are on the shelf."""
+    terms = shelf("gsfdi.terms", PhysicsTerm)
+    for place in range(given):
+        hand = relawed(hand, place, terms[hand.fitted.model.physics[place].term], floor)
+    return hand
 
 
 def opening(stand: Bench, model: JointModel, level: float) -> Round:

@@ -16,6 +16,7 @@ from gsfdi.reconcile.offering import MATERIAL
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, likeliest, onset_cost, refined_onset
 from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.registry import shelf
 from gsfdi.types import Array
 
 FINALISTS = 8
@@ -30,8 +31,12 @@ UNPROMISED = 2.0
 """How many times what the regression promised a faint finalist may gain."""
 SLIP, SEEN = 10.0, 2.0
 """Times the noise of the position by which a joint may slip without that being seen, and where its speed is logged."""
-NEVER_SLIPS = {("gearbox_hysteresis", "width_rad"): "high", ("presliding_friction", "stiffness_nm_rad"): "low"}
-"""Ends of a number at which a bristle is a spring, which has a name of its own."""
+ENDS = {
+    ("gearbox_hysteresis", "width_rad"): "high",
+    ("presliding_friction", "stiffness_nm_rad"): "low",
+    ("shear_thinning_friction", "velocity_rad_s"): "low",
+}
+"""Ends of a number at which a term has another name: a bristle that never slips, drag that is there at once."""
 SHAPES = ("plain", "follower")
 """Kinds of numbers that shape a term: neither phases nor lever arms."""
 FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
@@ -143,7 +148,10 @@ def matters(hand: Round, entry: Entry) -> bool:
 
 
 def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
-    """Whether the last term would be more than is plausible: its size, or what it slips over, may go no farther."""
+    """Whether the last term would be more than is plausible: its size, or what it slips over, may go no farther.
+
+    Nor may it stretch a detail of another term so far that this stands for what has a name of its own.
+    """
     last = len(fitted.model.physics) - 1
     term = fitted.model.physics[last].term
     size = shelf_terms[term].params[0]
@@ -151,11 +159,22 @@ def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
     def ends(knob: Knob) -> list[float]:
         if knob.name == size.name:
             return [end for end in (knob.low, knob.high) if end != size.neutral]
-        end = NEVER_SLIPS.get((term, knob.name))
+        end = ENDS.get((term, knob.name))
         return [getattr(knob, end)] if end else []
 
-    return any(
+    return is_stretched(fitted) or any(
         knob.place == last and any(abs(value - end) < 1e-6 * knob.scale for end in ends(knob))
+        for knob, value in zip(fitted.knobs, fitted.values, strict=True)
+    )
+
+
+def is_stretched(fitted: Fitted) -> bool:
+    """Whether a detail has gone as far as is plausible."""
+    terms = shelf("gsfdi.terms", PhysicsTerm)
+    return any(
+        knob.place >= 0
+        and terms[fitted.model.physics[knob.place].term].param(knob.name).kind == "detail"
+        and value > knob.high - 1e-6 * knob.scale
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )
 
@@ -235,20 +254,24 @@ def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
 
 
 def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
-    """Try the term at `place` by the other law that goes by its name, or with a detail that it leaves out."""
+    """Try the term at `place` by the other laws that go by its name, or with a detail that it leaves out."""
     for param in term.params:
         model, knobs = hand.fitted.model, hand.fitted.knobs
         use = model.physics[place]
         if param.kind == "choice":
-            shape = term.params[1].name
-            other = 1.0 - use.values.get(param.name, param.start)
-            trials = [{param.name: other, shape: use.values[shape] * factor} for factor in WIDTHS]
+            shape = next(one.name for one in term.params if one.trials is not None)
+            others = {float(law) for law in range(int(param.high) + 1)} - {use.values.get(param.name, param.start)}
+            trials = [{param.name: law, shape: use.values[shape] * f} for law in sorted(others) for f in WIDTHS]
         elif param.kind == "detail" and param.name not in use.values and param.trials is not None:
             trials = [{param.name: value} for value in param.trials(hand.stand.scales)]
-            knobs = (*knobs, Knob(place, param.name, trials[0][param.name], param.low, param.high))
+            scale = trials[0][param.name]
+            low, high = plausible(hand.stand, term, param, scale)
+            knobs = (*knobs, Knob(place, param.name, scale, max(low, param.low), min(high, param.high)))
         else:
             continue
         starts = [model.with_use(place, replace(use, values={**use.values, **values})) for values in trials]
+        if param.kind == "detail":
+            starts = [starts[int(np.argmin(np.sum(hand.misfit(starts) ** 2, axis=1)))]]
         fits = [fit_knobs(hand.misfit, start, knobs, 3) for start in starts]
         best = min(fits, key=lambda one: one.cost)
         if best.cost > hand.fitted.cost:
@@ -256,18 +279,20 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         fitted = fit_knobs(hand.misfit, best.model, knobs, 6)
         settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
         size = settled.fitted.model.physics[place].values[term.params[0].name]
-        if likelier(settled, hand) > LEAST and size != term.params[0].neutral:
+        if likelier(settled, hand) > LEAST and size != term.params[0].neutral and not is_stretched(settled.fitted):
             hand = settled
     return hand
 
 
-def unrefined(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> Round:
-    """Take out details that the terms which came later have made needless; the first `given` terms stay as they are."""
-    for place in range(given, len(hand.fitted.model.physics)):
-        for param in shelf_terms[hand.fitted.model.physics[place].term].params:
+def unrefined(hand: Round) -> Round:
+    """Take out details that the terms which came later have made needless, but those of the nominal model."""
+    nominal, terms = hand.stand.model.physics, shelf("gsfdi.terms", PhysicsTerm)
+    for place in range(len(hand.fitted.model.physics)):
+        stated = nominal[place].values if place < len(nominal) else {}
+        for param in terms[hand.fitted.model.physics[place].term].params:
             model = hand.fitted.model
             use = model.physics[place]
-            if param.kind != "detail" or param.name not in use.values:
+            if param.kind != "detail" or param.name not in use.values or param.name in stated:
                 continue
             plain = replace(use, values={name: value for name, value in use.values.items() if name != param.name})
             knobs = [knob for knob in hand.fitted.knobs if (knob.place, knob.name) != (place, param.name)]

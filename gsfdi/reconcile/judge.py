@@ -123,7 +123,7 @@ def names(
     shelf_terms : mapping of str to PhysicsTerm
         The library.
     """
-    hand = dated(unrefined(pruned(hand, given, shelf_terms), given, shelf_terms), given)
+    hand = dated(unrefined(pruned(hand, given, shelf_terms)), given)
     found: list[Name] = []
     place = given
     swaps, former = 0, dict[tuple[str, str | None], TermUse]()

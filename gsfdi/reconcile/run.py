@@ -21,6 +21,7 @@ from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.judge import names
 from gsfdi.reconcile.offering import all_offers
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
+from gsfdi.reconcile.say import rewritten
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
 from gsfdi.reconcile.twin import is_imitated
@@ -81,6 +82,7 @@ def _told(case: Case) -> Reconciliation:
     groups = groups_of(case, lone)
     moved_off = bool(entries) or verdict in ("unexplained", "partly_explained")
     fit = _fit(case, model)
+    anew = rewritten(case.settled.model.physics, case.hand.fitted.model.physics, case.nominal.axis)
     return Reconciliation(
         joint=case.joint,
         verdict=verdict,
@@ -97,8 +99,8 @@ def _told(case: Case) -> Reconciliation:
         indistinguishable=tuple(groups),
         parameters={s.term: {"ratio": s.ratio, "ci95": [s.low, s.high]} for s in moved},
         fit=fit,
-        says=_says(verdict, entries, left),
-        updated_model=model if verdict in ("explained", "partly_explained") else None,
+        says=_says(verdict, entries, left) + anew,
+        updated_model=model if verdict in ("explained", "partly_explained") or anew else None,
         evidence=evidence_of(case, model, before, after, groups),
     )
 

@@ -43,6 +43,17 @@ def spelled(name: str, axis: str) -> str:
     return name if axis == "rotary" else linear_name(name)
 
 
+def rewritten(nominal: Sequence[TermUse], found: Sequence[TermUse], axis: str) -> str:
+    """Say which numbers the nominal model's own terms have that it did not give them; nothing where there are none."""
+    told = [
+        f"{old.term.replace('_', ' ')} with {spelled(name, axis)} = {value:.4g}"
+        for old, new in zip(nominal, found, strict=False)
+        for name, value in new.values.items()
+        if name not in old.values
+    ]
+    return f" Of the model's own terms that takes {', '.join(told)}." if told else ""
+
+
 def sentence(
     use: TermUse, term: PhysicsTerm | None, gain_share: float, axis: str, rivals: Sequence[str], either: bool = False
 ) -> str:
