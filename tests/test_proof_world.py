@@ -12,6 +12,7 @@ from gsfdi.modelfile import load_models
 from gsfdi.proof.cases import Design, draw, scales_of, truth_of, write_files
 from gsfdi.proof.concealment import concealment
 from gsfdi.proof.kinds import KINDS
+from gsfdi.proof.mechanics import TURN
 from gsfdi.proof.motions import draw as draw_motion
 from gsfdi.proof.world import Effect, Joint, Motion, World, run
 
@@ -83,6 +84,18 @@ def test_friction_holds_a_joint_still() -> None:
     free = run(World(joint, effects=(Effect("coulomb_friction", {"torque_nm": 1.0}, "motor"),)), still, 0, noisy=False)
     assert np.ptp(stuck[:, 4]) == 0.0
     assert np.ptp(free[:, 4]) > 1e-3
+
+
+def test_smooth_friction_creeps_where_a_sudden_one_holds() -> None:
+    """Under 1.56 N m of drive it gives way at the speed at which it has built up to that."""
+    n = 1000
+    t = np.arange(n) / 100.0
+    still = Motion(t, np.full(n, 0.0), np.zeros(n), np.full(n, 0.01), np.full(n, 20.0))
+    joint = Joint(proportional=0.0, integral=0.0, derivative=0.0)
+    friction = Effect("coulomb_friction", {"torque_nm": 2.0}, "motor")
+    traces = run(World(joint, effects=(friction,), smooth=True), still, 0, noisy=False)
+    drive = 0.01 * joint.gear_ratio * joint.torque_constant
+    assert np.gradient(traces[-300:, 4], t[-300:]).mean() == pytest.approx(TURN * np.arctanh(drive / 2.0), rel=1e-3)
 
 
 def test_backlash_shows_its_width() -> None:

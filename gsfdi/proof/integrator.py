@@ -75,6 +75,7 @@ def integrate(
     effects: Array,
     onsets: Array,
     variant: int,
+    smooth: bool,
     rigid: bool,
     step: float,
 ) -> Array:
@@ -118,5 +119,5 @@ def integrate(
             drive = sent[k]
             if p[DELAY, 0] > 0.0:
                 place, drive = arriving(t, sent, k, place, t[k] + sub * h, h, p[DELAY, 0])
-            move(p, plant, s, stacks, h, drive, since, push, drag, temperature[k], jm, jl, variant, rigid)
+            move(p, plant, s, stacks, h, drive, since, push, drag, temperature[k], jm, jl, variant, smooth, rigid)
     return out

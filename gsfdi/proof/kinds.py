@@ -35,7 +35,7 @@ from gsfdi.proof.sizes import (
     weakening_magnet,
     yielding_film,
 )
-from gsfdi.proof.world import Effect, Joint
+from gsfdi.proof.world import SMOOTH, Effect, Joint
 
 PARAMETERS = {
     "torque_constant_change": "torque_constant",
@@ -73,6 +73,7 @@ KINDS: dict[str, Kind] = {
         Kind("torque_ripple", "motor", ripple),
         Kind("cogging", "motor", cogging),
         Kind("magnetic_saturation", "motor", saturating_magnet),
+        Kind("magnetic_saturation/froehlich", "motor", saturating_magnet, variant=4),
         Kind("current_limit", "motor", lower_limit),
         Kind(
             "actuation_delay", "motor", in_proportion("actuation_delay", "delay_s", lambda s, j: 1 / j.sample_rate, 3.0)
@@ -83,6 +84,12 @@ KINDS: dict[str, Kind] = {
             "friction",
             in_proportion("coulomb_friction", "torque_nm", lambda s, j: s.torque, 0.3, sided=True),
             onset=True,
+        ),
+        Kind(
+            "coulomb_friction/smooth",
+            "friction",
+            in_proportion("coulomb_friction", "torque_nm", lambda s, j: s.torque, 0.3, sided=True),
+            variant=SMOOTH,
         ),
         Kind(
             "viscous_friction",
@@ -100,6 +107,7 @@ KINDS: dict[str, Kind] = {
             in_proportion("load_dependent_friction", "ratio", lambda s, j: 1.0, 0.25),
         ),
         Kind("temperature_dependent_friction", "friction", cold_grease),
+        Kind("temperature_dependent_friction/exponential", "friction", cold_grease, variant=6),
         Kind("position_dependent_friction", "friction", tight_spot),
         Kind(
             "quadratic_friction",
@@ -133,6 +141,7 @@ KINDS: dict[str, Kind] = {
         Kind("output_inertia_change", "link", off_by("output_inertia_change", 0.25), family="parameter"),
         Kind("gravity_unbalance", "link", unbalance),
         Kind("cable_harness", "link", harness),
+        Kind("cable_harness/hardening", "link", harness, variant=5),
         Kind("structural_mode", "link", appendage),
         Kind(
             "constant_load",

@@ -55,6 +55,8 @@ from gsfdi.types import Array
 XM, VM, XL, VL, XA, VA, HEAT, LAG = range(8)
 """State: angle and speed of motor, link and appendage (all at the output), mean square of the current, a memory."""
 
+HARDER = 2.0  # by how much a harness that hardens is stiffer at a bend of 1 [1/rad²]
+TURN = 5e-4  # speed over which a smooth friction turns round [rad/s or m/s]
 ELEMENTS = 48  # slip elements in a stack; their yield points spread over the exponential virgin curve
 _FINE = (np.arange(100 * ELEMENTS) + 0.5) / (100 * ELEMENTS)
 _EDGES = -np.log(1.0 - _FINE).reshape(ELEMENTS, -1).mean(axis=1)  # together they slip at the whole torque
@@ -75,8 +77,24 @@ def slide(stack: Array, move: float, torque: float, reach: float) -> float:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def stop_by_friction(v: float, impulse_up: float, impulse_down: float) -> float:
+def turn_by_friction(v: float, impulse: float) -> float:
+    """Speed left after a friction of impulse · tanh(v / TURN) at the speed that it leaves."""
+    low, high = 0.0, abs(v)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if middle + impulse * math.tanh(middle / TURN) < abs(v):
+            low = middle
+        else:
+            high = middle
+    return math.copysign(low, v)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def stop_by_friction(v: float, impulse_up: float, impulse_down: float, smooth: bool) -> float:
     """Speed left after dry friction has taken at most its impulse (per inertia) in either direction of motion."""
+    if smooth and min(impulse_up, impulse_down) > 0.0:
+        left: float = turn_by_friction(v, impulse_up if v > 0.0 else impulse_down)
+        return left
     if v > impulse_up:
         return v - impulse_up
     if v < -impulse_down:
@@ -95,14 +113,20 @@ def dry_level(v: float, coulomb: float, excess: float, speed: float, more: float
 
 
 @numba.njit(cache=True, error_model="numpy")
-def drive_torque(p: Array, plant: Array, s: Array, stack: Array, h: float, drive: float, since: float) -> float:
-    """Torque of the motor at the output, `since` seconds after the torque constant began to drift."""
+def drive_torque(
+    p: Array, plant: Array, s: Array, stack: Array, h: float, drive: float, since: float, linear: bool
+) -> float:
+    """Torque of the motor at the output, `since` seconds after the torque constant began to drift.
+
+    In `linear` iron, what saturates falls off in proportion to the current (Fröhlich).
+    """
     q = plant[1] * s[XM]
     kt = plant[5] * p[KT, 0] * (1.0 + p[DRIFT, 0] * since)
     if p[DEMAG, 0] != 0.0:
         kt *= 1.0 - p[DEMAG, 0] * s[HEAT] / (s[HEAT] + p[DEMAG, 1])
     if p[SATURATION, 0] > 0.0:
-        kt /= math.sqrt(1.0 + (drive / p[SATURATION, 0]) ** 2)
+        share = abs(drive) / p[SATURATION, 0]
+        kt /= 1.0 + share if linear else math.sqrt(1.0 + share * share)
     if p[RIPPLE, 0] != 0.0:
         kt *= 1.0 + p[RIPPLE, 0] * math.sin(p[RIPPLE, 1] * q + p[RIPPLE, 2])
     torque: float = kt * plant[1] * drive
@@ -118,9 +142,10 @@ def drive_torque(p: Array, plant: Array, s: Array, stack: Array, h: float, drive
 
 
 @numba.njit(cache=True, error_model="numpy")
-def link_torque(p: Array, s: Array, stack: Array, h: float, push: float) -> float:
-    """Torque on the link from everything but the gearbox; moves the appendage's speed."""
-    torque: float = push - p[LOAD, 0] - p[HARNESS, 0] * (s[XL] - p[HARNESS, 1])
+def link_torque(p: Array, s: Array, stack: Array, h: float, push: float, hard: bool) -> float:
+    """Torque on the link from everything but the gearbox, whose harness may harden; moves the appendage's speed."""
+    bend = s[XL] - p[HARNESS, 1]
+    torque: float = push - p[LOAD, 0] - p[HARNESS, 0] * bend * (1.0 + HARDER * bend * bend if hard else 1.0)
     if p[GRAVITY, 0] != 0.0:
         torque -= p[GRAVITY, 0] * math.sin(s[XL] - p[GRAVITY, 1])
     if p[STOP, 1] != 0.0:
@@ -160,11 +185,12 @@ def gear_torque(p: Array, plant: Array, s: Array, stack: Array, h: float, lossy:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def dampers(p: Array, plant: Array, s: Array, temperature: float) -> tuple[float, float]:
-    """Viscous coefficients of motor and link."""
+def dampers(p: Array, plant: Array, s: Array, temperature: float, steep: bool) -> tuple[float, float]:
+    """Viscous coefficients of motor and link; a `steep` one goes by the exponential of the temperature."""
     motor = p[VISCOUS_M, 0] + p[QUADRATIC, 0] * abs(s[VM])
     if p[TEMP_FRICTION, 0] != 0.0:
-        motor += p[TEMP_FRICTION, 0] * (1.0 + p[TEMP_FRICTION, 1] * (temperature - 20.0))
+        warmth = p[TEMP_FRICTION, 1] * (temperature - 20.0)
+        motor += p[TEMP_FRICTION, 0] * (math.exp(warmth) if steep else 1.0 + warmth)
     if p[ASYM_M, 1] != 0.0:
         motor += 0.5 * p[ASYM_M, 1] * (1.0 if s[VM] > 0.0 else -1.0)
     link = plant[4] + p[VISCOUS_L, 0]
@@ -196,10 +222,10 @@ def coast(s: Array, h: float) -> None:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def kick_rigid(s: Array, h: float, j: float, force: float, d: float, up: float, down: float) -> None:
+def kick_rigid(s: Array, h: float, j: float, force: float, d: float, up: float, down: float, smooth: bool) -> None:
     """Change the speed of the joint that is one body."""
     v = ((j - 0.5 * h * d) * s[VM] + h * force) / (j + 0.5 * h * d)
-    s[VM] = stop_by_friction(v, h * up / j, h * down / j)
+    s[VM] = stop_by_friction(v, h * up / j, h * down / j, smooth)
     s[VL] = s[VM]
 
 
@@ -230,20 +256,21 @@ def move(
     jm: float,
     jl: float,
     variant: int,
+    smooth: bool,
     rigid: bool,
 ) -> None:
     """Move the joint through one step: half a coast, the change of speed, half a coast (position Verlet)."""
     s[HEAT] += h * (drive * drive - s[HEAT]) / 20.0
     coast(s, h)
-    fm = drive_torque(p, plant, s, stacks[0], h, drive, since)
-    fl = link_torque(p, s, stacks[1], h, push)
+    fm = drive_torque(p, plant, s, stacks[0], h, drive, since, variant == 4)
+    fl = link_torque(p, s, stacks[1], h, push, variant == 5)
     load = abs(fm)
     if not rigid:
         spring, lever = gear_torque(p, plant, s, stacks[2], h, variant == 2)
         load = abs(spring)
         fm += spring * lever
         fl -= spring
-    dm, dl = dampers(p, plant, s, temperature)
+    dm, dl = dampers(p, plant, s, temperature, variant == 6)
     if p[PAYLOAD, 0] != 0.0:  # inertia that changes with the angle, with its centrifugal torque
         turn = p[PAYLOAD, 1] * (s[XL] - p[PAYLOAD, 2])
         fl -= 0.5 * jl * p[PAYLOAD, 0] * p[PAYLOAD, 1] * math.cos(turn) * s[VL] * s[VL]
@@ -252,9 +279,9 @@ def move(
     up_m, down_m = dry_level(s[VM], level, p[STRIBECK_M, 0], p[STRIBECK_M, 1], 0.5 * p[ASYM_M, 0], heavy)
     up_l, down_l = dry_level(s[VL], p[COULOMB_L, 0], p[STRIBECK_L, 0], p[STRIBECK_L, 1], 0.5 * p[ASYM_L, 0], heavy)
     if rigid:
-        kick_rigid(s, h, jl + jm, fm + fl, dm + dl, up_m + up_l, down_m + down_l)
+        kick_rigid(s, h, jl + jm, fm + fl, dm + dl, up_m + up_l, down_m + down_l, smooth)
     else:
         vm, vl = kick_flexible(s, h, jm, jl, fm, fl, dm, dl, p[GEAR_DAMPING, 0])
-        s[VM] = stop_by_friction(vm, h * up_m / jm, h * down_m / jm)
-        s[VL] = stop_by_friction(vl, h * up_l / jl, h * down_l / jl)
+        s[VM] = stop_by_friction(vm, h * up_m / jm, h * down_m / jm, smooth)
+        s[VL] = stop_by_friction(vl, h * up_l / jl, h * down_l / jl, smooth)
     coast(s, h)

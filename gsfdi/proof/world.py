@@ -97,6 +97,9 @@ class Telemetry:
     gap: tuple[float, float] | None = None
 
 
+SMOOTH = 3
+
+
 @dataclass(frozen=True, slots=True)
 class World:
     """A joint with effects that act in it and, in `known`, friction that its nominal model knows of."""
@@ -105,7 +108,10 @@ class World:
     known: tuple[Effect, ...] = ()
     effects: tuple[Effect, ...] = ()
     variant: int = 0
-    """1: Lorentzian Stribeck curve, 2: lossy backlash flanks; 0: the laws as the contract reads."""
+    """1: Lorentzian Stribeck curve, 2: lossy backlash flanks, 3: smooth friction, 4: Fröhlich's saturation, 5: a
+    harness that hardens, 6: friction by the exponential of the temperature; 0: the laws as the contract reads."""
+    smooth: bool = False
+    """Whether its own dry friction turns round smoothly, of which the nominal model says nothing."""
     outside: Mapping[str, float] = field(default_factory=dict)
 
     def without(self) -> "World":
@@ -198,6 +204,7 @@ def run(world: World, motion: Motion, seed: int, *, noisy: bool = True, limit_st
         sizes,
         onsets,
         world.variant,
+        world.smooth or world.variant == SMOOTH,
         joint.structure == "rigid",
         min(limit_step, 0.25 * dt),
     )
