@@ -58,12 +58,16 @@ NOISY = replace(FLEXIBLE, position_noise=4e-5, motor_velocity_noise=2e-2, effort
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """Joints of a shape; what their model does not say; by what its noise is off; what nobody logged."""
+    """Joints of a shape; what their model does not say; by what its noise is off; what nobody logged.
+
+    Known friction that is `smooth` turns round over a range of speed, of which the model says nothing.
+    """
 
     shape: Shape
     silent: tuple[str, ...] = ()
     noise: float = 1.0
     unlogged: tuple[str, ...] = ()
+    smooth: bool = False
 
 
 ARM, LIGHT = Shape(FLEXIBLE, 0.6, 0.06, (100, 140), 0.4), Shape(COBOT, 1.2, 0.8, (20, 30), 0.5)
@@ -75,6 +79,7 @@ FAMILIES = {
     "rounded, no sensors stated": Family(replace(ARM, joint=ROUNDED), silent=("sensors",)),
     "ten times the noise": Family(replace(ARM, joint=NOISY)),
     "short": Family(replace(ARM, seconds=(25, 30))),
+    "smooth friction": Family(replace(ARM, friction=1.0), smooth=True),
     "no law, no setpoint": Family(ARM, silent=("controller",), unlogged=("setpoint",)),
     "no law, no speed": Family(ARM, silent=("controller",), unlogged=("motor_velocity",)),
     "light": Family(LIGHT),
@@ -133,7 +138,9 @@ def one(job: tuple[str, Design, int]) -> Told:
     """Draw one case, reconcile it, and compare; a number of the model that is off is no physics."""
     name, design, seed = job
     family = FAMILIES[name]
-    with TemporaryDirectory() as place, patch("gsfdi.proof.cases.shape_for", return_value=family.shape):
+    cases = "gsfdi.proof.cases"
+    shape, share = patch(f"{cases}.shape_for", return_value=family.shape), patch(f"{cases}.SMOOTHLY", family.smooth)
+    with TemporaryDirectory() as place, shape, share:
         folder = Path(place)
         case = draw(design, seed)
         write_files(case, folder)

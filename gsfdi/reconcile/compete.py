@@ -115,6 +115,9 @@ def rounds(
 ) -> tuple[Round, Round, list[Contest]]:
     """Hold contest after contest until chance explains the best of what is left; for the rest see `compete`.
 
+    Another law for a term that the nominal model holds comes before any new term that gains less: where simulators
+    write a friction in two ways, no physics was left out.
+
     Parameters
     ----------
     first : Round

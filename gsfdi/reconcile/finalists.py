@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from gsfdi.fit import Fitted, Knob, turned
-from gsfdi.model import TermUse
-from gsfdi.motion import PhysicsTerm
+from gsfdi.model import JointModel, TermUse
+from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.hand import Round, around, is_sensor, leaves_nothing, likelier, regressed, settle, with_term
 from gsfdi.reconcile.knobs import plausible
@@ -255,33 +255,46 @@ def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
 
 def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
     """Try the term at `place` by the other laws that go by its name, or with a detail that it leaves out."""
+    size = term.params[0]
     for param in term.params:
-        model, knobs = hand.fitted.model, hand.fitted.knobs
-        use = model.physics[place]
-        if param.kind == "choice":
-            shape = next(one.name for one in term.params if one.trials is not None)
-            others = {float(law) for law in range(int(param.high) + 1)} - {use.values.get(param.name, param.start)}
-            trials = [{param.name: law, shape: use.values[shape] * f} for law in sorted(others) for f in WIDTHS]
-        elif param.kind == "detail" and param.name not in use.values and param.trials is not None:
-            trials = [{param.name: value} for value in param.trials(hand.stand.scales)]
-            scale = trials[0][param.name]
-            low, high = plausible(hand.stand, term, param, scale)
-            knobs = (*knobs, Knob(place, param.name, scale, max(low, param.low), min(high, param.high)))
-        else:
+        starts, knobs = other_forms(hand, place, term, param)
+        if not starts:
             continue
-        starts = [model.with_use(place, replace(use, values={**use.values, **values})) for values in trials]
-        if param.kind == "detail":
-            starts = [starts[int(np.argmin(np.sum(hand.misfit(starts) ** 2, axis=1)))]]
         fits = [fit_knobs(hand.misfit, start, knobs, 3) for start in starts]
         best = min(fits, key=lambda one: one.cost)
         if best.cost > hand.fitted.cost:
             continue
         fitted = fit_knobs(hand.misfit, best.model, knobs, 6)
         settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
-        size = settled.fitted.model.physics[place].values[term.params[0].name]
-        if likelier(settled, hand) > LEAST and size != term.params[0].neutral and not is_stretched(settled.fitted):
+        idle = settled.fitted.model.physics[place].values.get(size.name, size.start) == size.neutral
+        if likelier(settled, hand) > LEAST and not idle and not is_stretched(settled.fitted):
             hand = settled
     return hand
+
+
+def other_forms(hand: Round, place: int, term: PhysicsTerm, param: Param) -> tuple[list[JointModel], tuple[Knob, ...]]:
+    """Models in which `param` makes another law of the term at `place`, and the knobs of a fit that begins with them.
+
+    There are none where `param` does not choose a law, or is a detail that is there.
+    """
+    model, knobs = hand.fitted.model, tuple(hand.fitted.knobs)
+    use = model.physics[place]
+
+    def written(changed: Mapping[str, float]) -> JointModel:
+        return model.with_use(place, replace(use, values={**use.values, **changed}))
+
+    if param.kind == "choice":
+        shape = next(one for one in term.params if one.trials is not None)
+        width = use.values.get(shape.name, shape.start)
+        others = {float(law) for law in range(int(param.high) + 1)} - {use.values.get(param.name, param.start)}
+        return [written({param.name: law, shape.name: width * f}) for law in sorted(others) for f in WIDTHS], knobs
+    if param.kind != "detail" or param.name in use.values or param.trials is None:
+        return [], knobs
+    trials = param.trials(hand.stand.scales)
+    models = [written({param.name: value}) for value in trials]
+    nearest = models[int(np.argmin(np.sum(hand.misfit(models) ** 2, axis=1)))]
+    low, high = plausible(hand.stand, term, param, trials[0])
+    return [nearest], (*knobs, Knob(place, param.name, trials[0], max(low, param.low), min(high, param.high)))
 
 
 def unrefined(hand: Round) -> Round:
