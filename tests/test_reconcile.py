@@ -1,6 +1,7 @@
 """Reconciling recordings that the simulator made: the engine on its own ground, where every number is known."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ from rigid import JOINT as NOMINAL
 
 from gsfdi.fit import Knob
 from gsfdi.model import Controller, JointModel, Sensors, TermUse
+from gsfdi.modelfile import dump, load_models
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import Reconciliation, reconcile, twin, verdict
 from gsfdi.reconcile.bench import HOLD_OUT, bench
@@ -625,3 +627,12 @@ def test_an_observer_does_not_work_the_bristles() -> None:
     (entry,) = told(use).omitted_physics
     assert entry["term"] == "presliding_friction"
     assert entry["parameters"]["stiffness_nm_rad"]["value"] == pytest.approx(1e4, rel=0.03)
+
+
+def test_a_model_may_leave_out_the_numbers_of_its_terms(tmp_path: Path) -> None:
+    path = tmp_path / "joint.toml"
+    dump(NOMINAL, path)
+    path.write_text(path.read_text() + '\n[[physics]]\nterm = "coulomb_friction"\n')
+    model = load_models(path).for_joint(NOMINAL.name)
+    answer = reconcile([recorded(model)], model)
+    assert not [entry for entry in answer.omitted_physics if not entry["term"].endswith("_change")]

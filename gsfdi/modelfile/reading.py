@@ -154,7 +154,8 @@ def use_of(entry: Place, axis: Axis, structure: Structure) -> TermUse:
         spelled |= {"phase_m": term.param("phase_rad")} if "phase_m" in entry.table and "phase_rad" in spelled else {}
     own = {"onset_s"} - set(spelled)
     entry.known(["term", "side", *spelled, *own])
-    values = {p.name: entry.number(key, p.low, p.high) for key, p in spelled.items() if key in entry.table}
+    values = {p.name: p.start for p in term.numbers}  # a number that is left out has one for a fit to begin with
+    values |= {p.name: entry.number(key, p.low, p.high) for key, p in spelled.items() if key in entry.table}
     side: Side | None = None
     if "side" in entry.table:
         if not term.sides:
