@@ -9,13 +9,14 @@ from typing import Any
 import numba
 import numpy as np
 from numba import types
+from numba.extending import register_jitable
 
 from gsfdi.errors import UnusableInputError, nearest
 from gsfdi.model import JointModel, Plant, TermUse
 from gsfdi.modelfile import terms
 from gsfdi.motion import QUANTITIES, STATES, TIME, Law, PhysicsTerm
 from gsfdi.replay import layout
-from gsfdi.sliding import SMOOTH
+from gsfdi.sliding import SMOOTH, sliding
 from gsfdi.types import Array
 
 LINEAR_PHASE = 0.5  # [rad] of the fastest mode per substep: the matrix exponential's series then holds to 1e-14
@@ -23,6 +24,8 @@ LAW_PHASE = 0.25  # the same where laws act: a harmonic oscillator made of laws 
 SPRING_PHASE = 0.16  # the same where laws replace the spring itself
 TURNING = 4.0  # speed below which a smooth friction turns round, over the one that it turns by
 LAW_DECAY = 0.5  # largest decay of a law's damping per substep
+
+register_jitable(sliding)  # here, so that who only lists terms need not load numba
 
 _SLOT = {
     "torque_constant": layout.TORQUE_CONSTANT,

@@ -8,9 +8,6 @@ References
 """
 
 import math
-from collections.abc import Callable
-
-from numba.extending import register_jitable
 
 from gsfdi.motion import SPEED, Param, Vector
 
@@ -29,9 +26,6 @@ SMOOTH = Param(
 )
 
 
-def _share(m: Vector, smooth: float) -> float:
-    """Give the share of a dry friction that is there at speed."""
+def sliding(m: Vector, smooth: float) -> float:
+    """Give the share of a dry friction that is there at speed; laws that are compiled may call it (see `packed`)."""
     return math.tanh(abs(m[SPEED]) / smooth) if smooth > 0.0 else 1.0
-
-
-sliding: Callable[[Vector, float], float] = register_jitable(_share)
