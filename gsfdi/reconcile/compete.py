@@ -25,6 +25,7 @@ from gsfdi.reconcile.finalists import (
     matters,
     merit,
     needed,
+    only_turns,
     relawed,
     reshaped,
     retuned,
@@ -198,7 +199,7 @@ def contend(
         if likelier(settled, hand) > 0:
             settled = retuned(settled, last, term, floor)
         settled = reshaped(relawed(settled, last, term, floor), term, floor)
-        if is_at_bound(settled.fitted, shelf_terms):
+        if is_at_bound(settled.fitted, shelf_terms) or only_turns(settled.fitted.model):
             continue
         gain, least = likelier(settled, hand) - cost_of(entry), settled_bar(settled, entry, trials)
         if merit(entry) < entry.bar and gain < least:

@@ -9,7 +9,17 @@ from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.hand import Round, around, is_sensor, leaves_nothing, likelier, regressed, settle, with_term
+from gsfdi.reconcile.hand import (
+    Round,
+    around,
+    is_sensor,
+    leaves_nothing,
+    likelier,
+    project,
+    regressed,
+    settle,
+    with_term,
+)
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.offering import MATERIAL
@@ -43,6 +53,14 @@ FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
 """Times its value at which a number that shapes a term is tried once the term is settled."""
 WIDTHS = (0.5, 1.0, 2.0)
 """Times its value at which a number that shapes a term is tried by another law."""
+TURNED = 5.0
+"""Times the speed of a smooth friction within which its laws differ."""
+TURNED_BY = 0.1
+"""Share of that friction by which they do: beyond three times that speed an arctangent is a tenth below a tanh."""
+TRIED = 2
+"""Starts of another law that are fitted."""
+PROMISED = 8.0
+"""Twice the log-likelihood that regression must promise of a detail."""
 FARTHEST = 1e3
 """Times a first guess that regression may ask for."""
 
@@ -168,6 +186,22 @@ def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
     )
 
 
+def only_turns(model: JointModel) -> bool:
+    """Whether the last term only mends how a friction turns round smoothly, of which the literature has several laws.
+
+    It is small beside that friction and changes within the speeds over which that turns, or nearly.
+    """
+    use = model.physics[-1]
+    if "velocity_rad_s" not in use.values:
+        return False
+    sizes = [abs(value) for name, value in use.values.items() if name.endswith("_nm")]
+    return any(
+        use.values["velocity_rad_s"] < TURNED * other.values.get("smooth_rad_s", 0.0)
+        and max(sizes) < TURNED_BY * abs(other.values.get("torque_nm", 0.0))
+        for other in model.physics[:-1]
+    )
+
+
 def is_stretched(fitted: Fitted) -> bool:
     """Whether a detail has gone as far as is plausible."""
     terms = shelf("gsfdi.terms", PhysicsTerm)
@@ -258,13 +292,13 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
     size = term.params[0]
     for param in term.params:
         starts, knobs = other_forms(hand, place, term, param)
-        if not starts:
-            continue
-        fits = [fit_knobs(hand.misfit, start, knobs, 3) for start in starts]
-        best = min(fits, key=lambda one: one.cost)
-        if best.cost > hand.fitted.cost:
+        fits = [fit_knobs(hand.misfit, start, knobs, 3) for start in promising(hand, starts, param.kind == "choice")]
+        best = min(fits, key=lambda one: one.cost, default=hand.fitted)
+        if best.cost >= hand.fitted.cost:
             continue
         fitted = fit_knobs(hand.misfit, best.model, knobs, 6)
+        if is_stretched(fitted):
+            continue
         settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
         idle = settled.fitted.model.physics[place].values.get(size.name, size.start) == size.neutral
         if likelier(settled, hand) > LEAST and not idle and not is_stretched(settled.fitted):
@@ -292,9 +326,25 @@ def other_forms(hand: Round, place: int, term: PhysicsTerm, param: Param) -> tup
         return [], knobs
     trials = param.trials(hand.stand.scales)
     models = [written({param.name: value}) for value in trials]
-    nearest = models[int(np.argmin(np.sum(hand.misfit(models) ** 2, axis=1)))]
     low, high = plausible(hand.stand, term, param, trials[0])
-    return [nearest], (*knobs, Knob(place, param.name, trials[0], max(low, param.low), min(high, param.high)))
+    return models, (*knobs, Knob(place, param.name, trials[0], max(low, param.low), min(high, param.high)))
+
+
+def promising(hand: Round, starts: Sequence[JointModel], is_other_law: bool) -> list[JointModel]:
+    """Starts of a fit by what regression promises of them, the knobs in hand following: the best few of another law.
+
+    Of a detail only the nearest, and that only if a step towards it is promised a gain, for a first guess may go far
+    beyond the detail.
+    """
+    if not starts:
+        return []
+    shown = hand.misfit(starts)
+    bare, _ = project(hand, shown)
+    if is_other_law:
+        return [starts[i] for i in np.argsort(np.sum(bare**2, axis=1))[:TRIED]]
+    nearest = int(np.argmin(np.sum(shown**2, axis=1)))
+    (score,), (information,) = regressed(hand, shown[[nearest]] - hand.fitted.residual)
+    return [starts[nearest]] if score < 0 and score**2 / information > PROMISED else []
 
 
 def unrefined(hand: Round) -> Round:
