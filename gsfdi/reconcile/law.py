@@ -91,6 +91,8 @@ HARDLY = 10.0
 """Log-likelihood by which a plateau that is drawn less tightly must suit the law better."""
 FLAT = 3.0
 """Spread of the effort at a limit, over the misfit of the law that has it, up to which it is a plateau."""
+SURPLUS = 5.0
+"""Standard deviations by which the highest efforts are asked to be higher yet, where each is known to no better."""
 SOON = 0.005
 """Ticks below which a delay is how samples were read and held."""
 LEFT = 0.7
@@ -221,16 +223,27 @@ def _limit(held: Held) -> list[LawFinding]:
         width = max(float(np.std(effort[near])), 1e-9 * limit)
         spread = width / float(np.sqrt(near.sum()))
         if over.sum() > 10:
-            limit, width = float(np.median(effort[over])), spread
+            limit, width = _densest(effort[over]), spread
         limit, rest = _to_the_sample(held, limit, width)
         beyond, errs = _asked(held, limit) - limit, float(np.sqrt(rest / held.samples))
         met = beyond > 0
-        if not met.any() or np.median(beyond[met]) < errs or np.std(effort[met]) > FLAT * errs:
-            continue  # what is asked for exceeds it by what the law errs, or no plateau is there
+        if not met.any() or np.std(effort[met]) > FLAT * errs:
+            continue  # no plateau is there
+        if np.median(beyond[met]) < errs and np.mean(beyond[near]) < SURPLUS * errs / np.sqrt(near.sum()):
+            continue  # what is asked for exceeds it by what the law errs
         share = float(1 - rest / held.energy)
         found.append(LawFinding("current_limit", {"limit_a": limit}, None, held.gain(rest) + 2.0, share, spread))
     most = max((f.gain for f in found), default=0.0)
     return next(([f] for f in found if f.gain > most - HARDLY), [])
+
+
+def _densest(values: Array) -> float:
+    """Where values lie closest: of those that are asked to be over a limit, the law's own errors bring some below."""
+    for _ in range(2):
+        values, half = np.sort(values), (len(values) + 1) // 2
+        first = int(np.argmin(values[half - 1 :] - values[: len(values) - half + 1]))
+        values = values[first : first + half]
+    return float(np.median(values))
 
 
 def _asked(held: Held, limit: float) -> Array:
