@@ -26,12 +26,10 @@ from gsfdi.reconcile.finalists import (
     merit,
     needed,
     only_turns,
-    relawed,
-    reshaped,
-    retuned,
     settled_bar,
     settled_onset,
 )
+from gsfdi.reconcile.forms import relawed, reshaped, retuned
 from gsfdi.reconcile.hand import Round, from_below, leaves_nothing, likelier, missing, settle, started
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor

@@ -27,6 +27,9 @@ APART = 3.0
 SOLE = 12.0
 """Log-likelihood that moving one parameter alone may fall short of moving all."""
 
+SLIGHT = 0.002
+"""Share of what all parameters gain by which two simulators may differ in how they take their steps."""
+
 
 def law_entries(case: Case) -> list[dict[str, Any]]:
     """Entries for what the law check found."""
@@ -111,12 +114,13 @@ def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
     names = {k.name for k in case.first.fitted.knobs if k.place == -1 and k.name in TERM_OF} - doubted.keys()
     nominal = {name: float(getattr(plant, name)) for name in sorted(names)}
     unseen = case.settled.law is None and not case.stand.sees_speed
-    if not nominal or all_kept(case.first, nominal) < (UNSEEN if unseen else LEAST):
+    gain = all_kept(case.first, nominal) if nominal else 0.0
+    if gain < (UNSEEN if unseen else LEAST):
         return [], moved
     alone = lone_changes(case.first, nominal)
-    cost, shift = alone[0]
-    if cost < SOLE and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > 0.003:
-        near = [s.term for c, s in alone[1:] if c < cost + APART]
+    (cost, shift), slight = alone[0], SLIGHT * gain
+    if cost < max(SOLE, slight) and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > 0.003:
+        near = [s.term for c, s in alone[1:] if c < cost + max(APART, slight)]
         return [replace(shift, alike=(*near, *likes_of(shift.term, case)))], moved
     return [s for s in moved if s.is_news], moved
 

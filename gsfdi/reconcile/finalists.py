@@ -7,24 +7,17 @@ import numpy as np
 
 from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import JointModel, TermUse
-from gsfdi.motion import Param, PhysicsTerm
+from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.hand import (
     Round,
-    around,
     is_sensor,
-    leaves_nothing,
-    likelier,
-    project,
-    regressed,
     settle,
     with_term,
 )
-from gsfdi.reconcile.knobs import plausible
-from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.offering import MATERIAL
 from gsfdi.reconcile.remainder import torque_between
-from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, likeliest, onset_cost, refined_onset
+from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -47,22 +40,10 @@ ENDS = {
     ("shear_thinning_friction", "velocity_rad_s"): "low",
 }
 """Ends of a number at which a term has another name: a bristle that never slips, drag that is there at once."""
-SHAPES = ("plain", "follower")
-"""Kinds of numbers that shape a term: neither phases nor lever arms."""
-FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
-"""Times its value at which a number that shapes a term is tried once the term is settled."""
-WIDTHS = (0.5, 1.0, 2.0)
-"""Times its value at which a number that shapes a term is tried by another law."""
 TURNED = 5.0
 """Times the speed of a smooth friction within which its laws differ."""
 TURNED_BY = 0.1
 """Share of that friction by which they do: beyond three times that speed an arctangent is a tenth below a tanh."""
-TRIED = 2
-"""Starts of another law that are fitted."""
-PROMISED = 8.0
-"""Twice the log-likelihood that regression must promise of a detail."""
-FARTHEST = 1e3
-"""Times a first guess that regression may ask for."""
 
 
 def distinct(entries: Sequence[Entry], most: int, onsets: bool = True) -> list[Entry]:
@@ -235,134 +216,6 @@ def settled_onset(hand: Round, floor: Array) -> Round:
     if fitted.cost > hand.fitted.cost - KNOB_COST:
         return hand
     return settle(hand.stand, fitted.model, fitted.knobs, floor)
-
-
-def retuned(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
-    """Try the resonance of the term at `place` at the likeliest other pitches under the noise that now suits it.
-
-    Under a larger one any mode that is faster than the motion is an inertia.
-    """
-    if term.frequency is None or leaves_nothing(hand, floor):
-        return hand
-    best, name, size = hand.fitted, term.frequency.name, term.params[0]
-    model, use = best.model, best.model.physics[place]
-    bare = _emptied(hand, place, size.name)
-    for pitch in worthy_frequencies(bare)[term.name]:
-        values = {**use.values, name: pitch, size.name: max(use.values[size.name], size.start)}
-        moved = hand.misfit([model.with_use(place, replace(use, values=values))]) - bare.fitted.residual
-        (score,), (information,) = regressed(bare, moved)
-        share = -float(score / information)
-        values[size.name] *= share if 0.0 < share < FARTHEST else 1.0
-        trial = fit_knobs(hand.misfit, model.with_use(place, replace(use, values=values)), best.knobs, 3)
-        best = min(best, trial, key=lambda one: one.cost)
-    return hand if best.cost > hand.fitted.cost - KNOB_COST else settle(hand.stand, best.model, best.knobs, floor)
-
-
-def _emptied(hand: Round, place: int, size: str) -> Round:
-    """Give the round with the term at `place` sized at nothing, and none of its knobs."""
-    fitted = hand.fitted
-    use = fitted.model.physics[place]
-    model = fitted.model.with_use(place, replace(use, values={**use.values, size: 0.0}))
-    rest = [i for i, knob in enumerate(fitted.knobs) if knob.place != place]
-    knobs, values, slopes = tuple(fitted.knobs[i] for i in rest), fitted.values[rest], fitted.jacobian[:, rest]
-    residual = hand.misfit([model])[0]
-    return replace(
-        hand, fitted=replace(fitted, model=model, knobs=knobs, values=values, jacobian=slopes, residual=residual)
-    )
-
-
-def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
-    """Try the last term's shape at other scales under the noise that now suits it, which slopes do not reach."""
-    if leaves_nothing(hand, floor):
-        return hand
-    model = hand.fitted.model
-    use, best = model.physics[-1], (hand.fitted.cost - KNOB_COST, model)
-    for param in term.params:
-        if param.trials is None or param.kind not in SHAPES or param.low < 0 or param in (term.order, term.params[0]):
-            continue
-        value = use.values[param.name]
-        low, high = plausible(hand.stand, term, param, value)
-        trials = [float(np.clip(value * factor, max(low, param.low), min(high, param.high))) for factor in FACTORS]
-        best = min(best, likeliest(hand, model, param.name, trials), key=lambda pair: pair[0])
-    return hand if best[1] is model else settle(hand.stand, best[1], hand.fitted.knobs, floor)
-
-
-def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
-    """Try the term at `place` by the other laws that go by its name, or with a detail that it leaves out."""
-    size = term.params[0]
-    for param in term.params:
-        starts, knobs = other_forms(hand, place, term, param)
-        fits = [fit_knobs(hand.misfit, start, knobs, 3) for start in promising(hand, starts, param.kind == "choice")]
-        best = min(fits, key=lambda one: one.cost, default=hand.fitted)
-        if best.cost >= hand.fitted.cost:
-            continue
-        fitted = fit_knobs(hand.misfit, best.model, knobs, 6)
-        if is_stretched(fitted):
-            continue
-        settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
-        idle = settled.fitted.model.physics[place].values.get(size.name, size.start) == size.neutral
-        if likelier(settled, hand) > LEAST and not idle and not is_stretched(settled.fitted):
-            hand = settled
-    return hand
-
-
-def other_forms(hand: Round, place: int, term: PhysicsTerm, param: Param) -> tuple[list[JointModel], tuple[Knob, ...]]:
-    """Models in which `param` makes another law of the term at `place`, and the knobs of a fit that begins with them.
-
-    There are none where `param` does not choose a law, or is a detail that is there.
-    """
-    model, knobs = hand.fitted.model, tuple(hand.fitted.knobs)
-    use = model.physics[place]
-
-    def written(changed: Mapping[str, float]) -> JointModel:
-        return model.with_use(place, replace(use, values={**use.values, **changed}))
-
-    if param.kind == "choice":
-        shape = next(one for one in term.params if one.trials is not None)
-        width = use.values.get(shape.name, shape.start)
-        others = {float(law) for law in range(int(param.high) + 1)} - {use.values.get(param.name, param.start)}
-        return [written({param.name: law, shape.name: width * f}) for law in sorted(others) for f in WIDTHS], knobs
-    if param.kind != "detail" or param.name in use.values or param.trials is None:
-        return [], knobs
-    trials = param.trials(hand.stand.scales)
-    models = [written({param.name: value}) for value in trials]
-    low, high = plausible(hand.stand, term, param, trials[0])
-    return models, (*knobs, Knob(place, param.name, trials[0], max(low, param.low), min(high, param.high)))
-
-
-def promising(hand: Round, starts: Sequence[JointModel], is_other_law: bool) -> list[JointModel]:
-    """Starts of a fit by what regression promises of them, the knobs in hand following: the best few of another law.
-
-    Of a detail only the nearest, and that only if a step towards it is promised a gain, for a first guess may go far
-    beyond the detail.
-    """
-    if not starts:
-        return []
-    shown = hand.misfit(starts)
-    bare, _ = project(hand, shown)
-    if is_other_law:
-        return [starts[i] for i in np.argsort(np.sum(bare**2, axis=1))[:TRIED]]
-    nearest = int(np.argmin(np.sum(shown**2, axis=1)))
-    (score,), (information,) = regressed(hand, shown[[nearest]] - hand.fitted.residual)
-    return [starts[nearest]] if score < 0 and score**2 / information > PROMISED else []
-
-
-def unrefined(hand: Round) -> Round:
-    """Take out details that the terms which came later have made needless, but those of the nominal model."""
-    nominal, terms = hand.stand.model.physics, shelf("gsfdi.terms", PhysicsTerm)
-    for place in range(len(hand.fitted.model.physics)):
-        stated = nominal[place].values if place < len(nominal) else {}
-        for param in terms[hand.fitted.model.physics[place].term].params:
-            model = hand.fitted.model
-            use = model.physics[place]
-            if param.kind != "detail" or param.name not in use.values or param.name in stated:
-                continue
-            plain = replace(use, values={name: value for name, value in use.values.items() if name != param.name})
-            knobs = [knob for knob in hand.fitted.knobs if (knob.place, knob.name) != (place, param.name)]
-            fitted = fit_knobs(hand.misfit, model.with_use(place, plain), knobs, 6)
-            if fitted.cost - hand.fitted.cost < LEAST:
-                hand = around(hand, fitted)
-    return hand
 
 
 def settled_bar(settled: Round, entry: Entry, trials: int) -> float:

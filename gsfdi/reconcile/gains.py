@@ -20,7 +20,7 @@ from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import all_offers, possible
 from gsfdi.reconcile.screen import Entry, refit, screen
 from gsfdi.reconcile.sheet import LawFinding
-from gsfdi.reconcile.suspects import CLOCKS, suspects
+from gsfdi.reconcile.suspects import CLOCKS, is_usable, suspects
 from gsfdi.types import JointRecord
 
 ALIKE = 0.98
@@ -82,8 +82,9 @@ def better_ones(
     """Try what is suspected of the law, and give what is likelier than any term, with the log-likelihood it gains."""
     suspected = suspects(found.first)
     rival = best_term(found.first, terms, len(found.settled.model.physics)) if suspected else None
+    least = WORTH * rival.linear if rival is not None and is_usable(found.first) else 0.0
     for finding in suspected:
-        if finding.term in without or (rival is not None and finding.gain < WORTH * rival.linear):
+        if finding.term in without or finding.gain < least:
             continue
         # a clock comes alone: gains stood in for it
         anew = finding.term in CLOCKS and finding.term not in {f.term for f in found.beyond}

@@ -11,7 +11,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import Contest
 from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed
-from gsfdi.reconcile.finalists import unrefined
+from gsfdi.reconcile.forms import unrefined
 from gsfdi.reconcile.hand import Round, around, is_sensor, missing
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.rivals import DRY, rivals
@@ -108,7 +108,7 @@ def alike(hand: Round, one: TermUse, other: TermUse) -> bool:
 
 
 def names(
-    hand: Round, given: int, contests: Sequence[Contest], shelf_terms: Mapping[str, PhysicsTerm]
+    hand: Round, given: int, contests: Sequence[Contest], shelf_terms: Mapping[str, PhysicsTerm], faulty: bool = False
 ) -> tuple[Round, list[Name]]:
     """Name the terms of the model in hand, swapping any that a rival does better under the final noise.
 
@@ -122,6 +122,8 @@ def names(
         How each term was chosen, with its rivals.
     shelf_terms : mapping of str to PhysicsTerm
         The library.
+    faulty : bool
+        Whether the law or the values have shown something wrong already, beside which any term must be needed.
     """
     hand = dated(unrefined(pruned(hand, given, shelf_terms)), given)
     found: list[Name] = []
@@ -161,10 +163,10 @@ def names(
         place += 1
     hand = freed(hand)
     bares = [without(hand, given + i) for i in range(len(found))]
-    found = _with_intervals(hand, given, found, bares)
+    found, beside = _with_intervals(hand, given, found, bares), faulty or len(found) > 1
     for i, (name, bare) in enumerate(zip(found, bares, strict=True)):
-        if bare.cost - hand.fitted.cost < needless(hand, given + i, name, shelf_terms[name.use.term], len(found) > 1):
-            return names(around(hand, bare), given, contests, shelf_terms)
+        if bare.cost - hand.fitted.cost < needless(hand, given + i, name, shelf_terms[name.use.term], beside):
+            return names(around(hand, bare), given, contests, shelf_terms, faulty)
     return hand, found
 
 

@@ -84,7 +84,7 @@ def suspect_step(first: Round) -> LawFinding | None:
 
 def suspect_drift(first: Round, seen: Sequence[Array]) -> LawFinding | None:
     """Find what of the law makes the told speed drift from that of the positions, where innovations are of no use."""
-    if np.all(first.torque < UNUSABLE * first.stand.scales.torque):
+    if is_usable(first):
         return None
     there = {use.term for use in first.fitted.model.physics}
     found: LawFinding | None = None
@@ -103,6 +103,11 @@ def suspect_drift(first: Round, seen: Sequence[Array]) -> LawFinding | None:
             if share > (found.share if found else PLAIN_BEND):
                 found = LawFinding(term, valued(term, size), None, gained(share, len(t)), share, 0.01 * abs(size))
     return found
+
+
+def is_usable(first: Round) -> bool:
+    """Whether innovations tell something: not where all of the drive's torque seems to be missing."""
+    return bool(np.all(first.torque < UNUSABLE * first.stand.scales.torque))
 
 
 def drift_of(record: JointRecord, first: Round) -> tuple[Array, Array]:
