@@ -171,7 +171,9 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
 def _steps(held: Held) -> list[LawFinding]:
     """A bias of the effort's sensor that sets in, by stretch of the recording: each begins at a level of its own."""
     found = []
-    for sheet, misfit in zip(held.sheets, held.off, strict=True):
+    for sheet, off in zip(held.sheets, held.off, strict=True):
+        free = against(sheet, held.findings)[1]
+        t, misfit = sheet.t[free], off[free]
         total = np.cumsum(misfit)
         n = len(misfit)
         k = np.arange(20, n - 20)
@@ -181,7 +183,7 @@ def _steps(held: Held) -> list[LawFinding]:
         info = (k + 1) * (n - 1 - k) / n
         best = int(np.argmax(size**2 * info))
         rest = held.energy - float(size[best] ** 2 * info[best])
-        onset = 0.5 * float(sheet.t[k[best]] + sheet.t[k[best] + 1])
+        onset = 0.5 * float(t[k[best]] + t[k[best] + 1])
         spread = float(np.sqrt(rest / held.samples / info[best]))
         gain = held.gain(rest) - float(np.log(held.samples))
         found.append(
