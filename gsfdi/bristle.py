@@ -14,11 +14,13 @@ References
 import math
 from typing import Literal
 
-from gsfdi.motion import STATES, Law, Param, Vector
+from gsfdi.motion import BEGUN, STATES, Law, Param, Vector
 
 STRETCH, PLACE, ORIGIN, WAY, DEPTH, TURNS = 0, 1, 2, 3, 4, 5
 """States: stretch as a share of the full, and where it is; what remembers also keeps where it was at rest, which way it
 went, how many reversals it remembers, and of each where that was and how far it was stretched there."""
+FULLEST = 0.999
+"""Share of the full stretch at which a bristle that remembers begins at most: it never is stretched in full."""
 MOST = (STATES - TURNS) // 2
 """Reversals that it remembers at most: beyond them the smallest loop within all others is forgotten."""
 
@@ -45,15 +47,17 @@ def bristle(place: int, jumped: int, shaped_by: Literal["stiffness", "width"]) -
         Whether the second parameter is the slope at rest, or the stretch at which 1 - 1/e of the torque is reached.
     """
     by_slope, most = shaped_by == "stiffness", MOST  # what a law encloses, numba's cache tells from what it once was
+    fullest = FULLEST
 
     def torque(m: Vector, p: Vector, s: Vector) -> float:
         """Give the torque, exact over any one-way move."""
         here, remembers = m[place] - m[jumped], p[2] > 0.5
-        if math.isnan(s[STRETCH]):
-            s[STRETCH], s[PLACE] = 0.0, here
-            if remembers:
-                s[ORIGIN], s[WAY], s[DEPTH] = here, 0.0, 0.0
         width = max(p[0], 1e-12) / p[1] if by_slope else p[1]
+        if math.isnan(s[STRETCH]):
+            s[STRETCH], s[PLACE] = m[BEGUN], here
+            if remembers:  # as if it had come there one way from rest
+                gone = -width * math.log1p(-min(abs(m[BEGUN]), fullest))
+                s[ORIGIN], s[WAY], s[DEPTH] = here - math.copysign(gone, m[BEGUN]), 0.0, 0.0
         move = here - s[PLACE]
         way = math.copysign(1.0, move)
         if move == 0.0:

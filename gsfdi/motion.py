@@ -41,7 +41,8 @@ LEVER = 15  # spring torque on the motor per torque on the output; a `windup` ma
 GEAR = 16  # gear ratio N
 ANGLE_JUMPED = 17  # what an observer has added to ANGLE [rad]: no motion, for a law that remembers where it was
 WINDUP_JUMPED = 18  # what it has added to ε [rad]
-QUANTITIES = 19
+BEGUN = 19  # stretch, as a share of the full, with which a bristle begins: what came before has left it there
+QUANTITIES = 20
 
 STATES = 5 + 2 * 32  # what a bristle needs to remember 32 reversals
 FEW = 2  # of them are enough for most laws, which leave the rest NaN

@@ -1,6 +1,7 @@
 """Bristles: both laws rise alike from rest, and part in what they remember of a reversal."""
 
 import ctypes
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,9 +19,10 @@ from gsfdi.types import Array
 FORGETS, REMEMBERS = 0.0, 1.0
 
 
-def torques(law: Law, places: Array, *values: float) -> Array:
-    """Torque of a bristle with these values, along a path from rest of whatever stretches it."""
+def torques(law: Law, places: Array, *values: float, begun: float = 0.0) -> Array:
+    """Torque of a bristle with these values, along a path of whatever stretches it, from rest or already stretched."""
     m, p, s = np.zeros(motion.QUANTITIES), np.array(values), np.full(motion.STATES, np.nan)
+    m[motion.BEGUN] = begun
     found = []
     for place in places:
         m[[motion.WINDUP, motion.ANGLE]] = place
@@ -47,6 +49,15 @@ def elements(places: Array, count: int = 3000) -> Array:
 def test_either_rises_from_rest_as_one_less_an_exponential(memory: float) -> None:
     places = np.linspace(0.0, 4.0, 30)
     assert_allclose(stretches(places, memory), 1.0 - np.exp(-places), atol=1e-12)
+
+
+@pytest.mark.parametrize("memory", [FORGETS, REMEMBERS])
+def test_one_that_begins_stretched_goes_on_as_if_it_had_come_there_from_rest(memory: float) -> None:
+    places = np.concatenate([np.linspace(-1.0, 2.0, 40), np.linspace(2.0, 0.2, 20)])
+    whole = stretches(places, memory)
+    later = torques(HYSTERESIS.law, places[20:], 1.0, 1.0, memory, begun=whole[20])
+    assert whole[20] > 0.4
+    assert_allclose(later, whole[20:], atol=1e-12)
 
 
 def test_one_that_remembers_is_many_springs_that_slip() -> None:
@@ -81,6 +92,15 @@ def test_the_compiled_law_is_the_same() -> None:
     places = np.array([0.0, 1.0, 0.4, 0.9, 0.2, 1.5, -3.0])
     found = torques(lambda *arrays: law(*(a.ctypes.data_as(pointer) for a in arrays)), places, 1.0, 1.0, REMEMBERS)
     assert_allclose(found, stretches(places, REMEMBERS), atol=1e-12)
+
+
+def test_a_bristle_stretched_by_what_a_gap_hides_is_no_other_physics() -> None:
+    whole = record("presliding_friction=3,stiffness_nm_rad=300")
+    keep = (whole.t < 8.0) | (whole.t > 9.6)
+    torn = replace(whole, t=whole.t[keep], channels={k: whole[k][keep] for k in whole.channels}, valid={})
+    (entry,) = reconcile([torn], MODEL).omitted_physics
+    assert entry["term"] == "presliding_friction"
+    assert entry["parameters"]["stiffness_nm_rad"]["value"] == pytest.approx(300.0, rel=0.03)
 
 
 @pytest.mark.parametrize(

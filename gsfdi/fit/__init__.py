@@ -5,7 +5,19 @@ recordings. It needs no controller, forgets its initial state, and under feedbac
 for; a fit on positions alone would see nothing, for the controller hides there whatever the model lacks.
 """
 
-from gsfdi.fit.knobs import INTEGRAL, START, Knob, Started, turned
+from gsfdi.fit.knobs import BRISTLES, INTEGRAL, START, Knob, Started, turned
 from gsfdi.fit.levenberg import Fitted, Misfit, covariance, levenberg, slopes
 
-__all__ = ["INTEGRAL", "START", "Fitted", "Knob", "Misfit", "Started", "covariance", "levenberg", "slopes", "turned"]
+__all__ = [
+    "BRISTLES",
+    "INTEGRAL",
+    "START",
+    "Fitted",
+    "Knob",
+    "Misfit",
+    "Started",
+    "covariance",
+    "levenberg",
+    "slopes",
+    "turned",
+]

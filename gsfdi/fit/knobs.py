@@ -8,22 +8,26 @@ import numpy as np
 from gsfdi.model import JointModel
 from gsfdi.types import Array
 
-START, INTEGRAL = -2, -3
-"""Places of the wind-up and of the controller's integral part with which a stretch of a `Started` model begins."""
+START, INTEGRAL, BRISTLES = -2, -3, -4
+"""Places of what a stretch of a `Started` model begins with: wind-up, the controller's integral part, bristles."""
 
-BEGINS = {START: "windups", INTEGRAL: "integrals"}
+BEGINS = {START: "windups", INTEGRAL: "integrals", BRISTLES: "bristles"}
 
 
 @dataclass(frozen=True, slots=True)
 class Started(JointModel):
-    """A model with what each stretch begins with: wind-up beyond what balances the first effort [rad], integral part.
+    """A model with what each stretch begins with.
 
+    That is a wind-up beyond what balances the first effort [rad], an integral part, and how far bristles are stretched,
+    as a share of the full.
     No sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter, and so
-    is the integral part of the controller that told a speed, beyond what was assumed of it.
+    is the integral part of the controller that told a speed, beyond what was assumed of it. What went before a gap has
+    left bristles somewhere, too.
     """
 
     windups: tuple[float, ...] = ()
     integrals: tuple[float, ...] = ()
+    bristles: tuple[float, ...] = ()
 
     def beginning(self, name: str, stretch: int, value: float) -> "Started":
         """Give the same model with one of these numbers at `value`."""
@@ -39,8 +43,8 @@ class Knob:
     Parameters
     ----------
     place : int
-        Index of the term in the model's physics; -1 for a number of the linear plant, `START` or `INTEGRAL` for that
-        with which a stretch of a :class:`Started` model begins.
+        Index of the term in the model's physics; -1 for a number of the linear plant, one of `BEGINS` for that with
+        which a stretch of a :class:`Started` model begins.
     name : str
         Field of the plant, or parameter of the term.
     scale : float

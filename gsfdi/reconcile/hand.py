@@ -28,7 +28,8 @@ def started(model: JointModel, stretches: int) -> Started:
     if isinstance(model, Started):
         return model
     values = {field.name: getattr(model, field.name) for field in fields(JointModel)}
-    return Started(**values, windups=(0.0,) * stretches, integrals=(0.0,) * stretches)
+    none = (0.0,) * stretches
+    return Started(**values, windups=none, integrals=none, bristles=none)
 
 
 @dataclass(frozen=True, slots=True)

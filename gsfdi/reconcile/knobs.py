@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from gsfdi.fit import INTEGRAL, START, Knob
+from gsfdi.bristle import MEMORY
+from gsfdi.fit import BRISTLES, INTEGRAL, START, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.bench import Bench
@@ -36,12 +37,19 @@ def start_knobs(stand: Bench) -> list[Knob]:
     sizes = {START: stand.scales.windup if stand.model.structure == "flexible" else 0.0}
     if stand.lever > 0:
         sizes[INTEGRAL] = float(np.sqrt(stand.system.R[1])) / stand.lever
-    return [
+    terms = shelf("gsfdi.terms", PhysicsTerm)
+    held = any(MEMORY in terms[use.term].params for use in stand.model.physics)
+    return (bristle_knobs(stand) if held else []) + [
         Knob(place, str(i), size, -20 * size, 20 * size, 0.0, 2 * size)
         for place, size in sizes.items()
         if size > 0
         for i in range(len(stand.records))
     ]
+
+
+def bristle_knobs(stand: Bench) -> list[Knob]:
+    """Knobs of how far bristles are stretched where a stretch begins: at rest, most likely, but a gap comes first."""
+    return [Knob(BRISTLES, str(i), 0.2, -1.0, 1.0, 0.0, 0.5, is_size=False) for i in range(len(stand.records))]
 
 
 def _believed(place: int, name: str, value: float, share: float) -> Knob:
@@ -53,7 +61,7 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
     """Knobs of the term at `place`: its numbers, within what the shelf allows and this motion could show."""
     use = model.physics[place]
     term = shelf("gsfdi.terms", PhysicsTerm)[use.term]
-    knobs = []
+    knobs = bristle_knobs(stand) if MEMORY in term.params else []
     for param in term.params:
         if param.kind == "choice" or param.name not in use.values:
             continue

@@ -19,8 +19,9 @@ from gsfdi.types import Array
 
 
 @compiled
-def begin(start, row, v, states):  # type: ignore[no-untyped-def]
+def begin(start, row, m, v, states):  # type: ignore[no-untyped-def]
     """Set the state: motion, integral part of the controller (NaN keeps it), fresh memories of terms."""
+    m[motion.BEGUN] = start[row, at.STRETCHED] if start.shape[1] > at.STRETCHED else 0.0
     for i in range(4):
         v[at.X, i] = start[row, i]
         v[at.TORQUES, i] = v[at.JUMPED, i] = 0.0
@@ -47,12 +48,12 @@ def run(  # type: ignore[no-untyped-def]
 ):
     """Replay one model.
 
-    `start` (1, 5) and `restarts` (k, 5) hold motion and the integral part; `state` and `shown` are filled; what
-    follows them is scratch (see `scratch`).
+    `start` (1, 5 or 6) and `restarts` (k, 5) hold motion, the integral part and how far bristles are stretched;
+    `state` and `shown` are filled; what follows them is scratch (see `scratch`).
     """
     v[at.MEMORY, 0], v[at.MEMORY, 2] = 0.0, np.nan
     v[at.FITTED, 0] = v[at.FITTED, 1] = 0.0
-    begin(start, 0, v, states)
+    begin(start, 0, m, v, states)
     era, last_era = at.ERA_ROWS, at.ERA_ROWS + (int(model[at.ERAS]) - 1) * at.ERA_WIDTH
     series(model, era, powers)
     held, events = 0.0, clock.shape[0]
@@ -64,7 +65,7 @@ def run(  # type: ignore[no-untyped-def]
             series(model, era, powers)
             v[at.FITTED, 0] = v[at.FITTED, 1] = 0.0
         if clock[now, at.RESTART] >= 0:
-            begin(restarts, int(clock[now, at.RESTART]), v, states)
+            begin(restarts, int(clock[now, at.RESTART]), m, v, states)
         for i in range(4):
             state[now, i] = v[at.X, i]
         sense(model, m, v, states, at.X, at.SENSED, time, noise, resolution, now)

@@ -21,6 +21,9 @@ POSITION, VELOCITY, TEMPERATURE, LEVER, EVENT_WIDTH = range(8, 13)
 # speed once an observer has corrected it.
 INTEGRAL, FLOWING, CORRECTED, STATE_WIDTH = 4, 5, 6, 7
 
+# What a start may hold beyond motion and integral part: how far the bristles are stretched, as a share.
+STRETCHED = 5
+
 # A row of what a sample shows: position, speed, effort, and in the predict modes the innovations.
 SHOWN_EFFORT, INNOVATION, SHOWN_WIDTH = 2, 3, 5
 
