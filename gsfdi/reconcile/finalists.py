@@ -15,7 +15,7 @@ from gsfdi.reconcile.hand import (
     settle,
     with_term,
 )
-from gsfdi.reconcile.offering import MATERIAL
+from gsfdi.reconcile.offering import MATERIAL, SIMULATED
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset
 from gsfdi.reconcile.turning import fit_knobs
@@ -28,6 +28,12 @@ KNOB_COST = 4.0
 """Log-likelihood that each number of a term must earn: half the logarithm of the number of samples, nearly."""
 CHANCE = 0.005
 """Probability that chance alone makes one of all offers a winner."""
+NET = 3.5e-4
+"""Torque, as a share of the drive's, that only a model with the term has, whatever its other numbers.
+
+Two simulators of one joint differ by up to 2.7e-4 where it reverses often and fast; the faintest effects that are seen
+in their own right make 8e-4.
+"""
 PLAIN = 100.0
 """Merit beyond which a finalist is no faint one."""
 UNPROMISED = 2.0
@@ -133,17 +139,23 @@ def needed(ranked: Sequence[Entry]) -> list[Entry]:
 def matters(hand: Round, entry: Entry) -> bool:
     """Whether a fitted term is large enough for a name: a torque must be, an error of what is seen need only be sure.
 
-    An error of the current is as good as a torque; a step of the position that noise hides, as good as a slip.
+    An error of the current is as good as a torque; a step of the position that noise hides, as good as a slip. A drift
+    must come to more than what simulating leaves in the number that drifts.
     """
     if entry.fitted is None:
         return False
+    values = entry.fitted.model.physics[-1].values
     if entry.offer.term == "position_bias":
-        least = (SEEN if hand.stand.sees_speed else SLIP) * hand.stand.scales.noise
-        return abs(entry.fitted.model.physics[-1].values["bias_rad"]) > least
+        return abs(values["bias_rad"]) > (SEEN if hand.stand.sees_speed else SLIP) * hand.stand.scales.noise
+    if entry.offer.term == "torque_constant_drift":
+        drifts_for = hand.stand.scales.seconds - max(values["onset_s"], entry.onset or 0.0)
+        if abs(values["rate_per_s"]) * drifts_for < SIMULATED:
+            return False
     if is_sensor(entry.offer.term) and not entry.offer.term.startswith("current_"):
         return True
     model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
-    return bool(torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0] > MATERIAL)
+    alone = torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0]
+    return bool(alone > MATERIAL) and size_of(hand, entry.fitted) > NET
 
 
 def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:

@@ -14,6 +14,7 @@ from gsfdi.reconcile.doubted import freed
 from gsfdi.reconcile.forms import unrefined
 from gsfdi.reconcile.hand import Round, around, is_sensor, missing
 from gsfdi.reconcile.knobs import plausible
+from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.rivals import DRY, rivals
 from gsfdi.reconcile.simpler import there_all_along, without
 from gsfdi.reconcile.trifles import pruned
@@ -25,8 +26,6 @@ UNLIKELY = {"sensor": 0.3}
 """Prior odds by component, against the rest: a sensor fails more rarely than it is blamed."""
 SUDDENLY = {"output_inertia_change": 0.5, "motor_inertia_change": 0.05}
 """Prior odds of setting in within a recording: a load is taken up between motions, as a rule; a rotor stays."""
-SIMULATED = 1.5e-3
-"""Standard deviation that sampling, holding and the simulator's own steps leave in a number, as a share of it."""
 PER_NUMBER = 0.6
 """Prior odds of each number that a term has: where the data cannot decide, the simpler name comes first."""
 ALIKE = 3e-5

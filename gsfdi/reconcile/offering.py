@@ -22,6 +22,8 @@ FEWEST = 5.0
 """Times the least torque worth a name at which a term is tried at least."""
 MATERIAL = 2e-4
 """Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
+SIMULATED = 1.5e-3
+"""Standard deviation that sampling, holding and the simulator's own steps leave in a number, as a share of it."""
 
 
 def possible(stand: Bench, shelf_terms: Mapping[str, PhysicsTerm], level: float) -> dict[str, PhysicsTerm]:
