@@ -9,7 +9,7 @@ from gsfdi.fit import Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.finalists import KNOB_COST, is_stretched
-from gsfdi.reconcile.hand import Round, around, leaves_nothing, likelier, project, regressed, settle
+from gsfdi.reconcile.hand import Round, around, from_below, leaves_nothing, likelier, project, regressed, settle
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.screen import LEAST, likeliest
@@ -94,6 +94,7 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         if is_stretched(fitted):
             continue
         settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
+        settled = from_below(settled, floor) if likelier(settled, hand) > 0 else settled
         idle = settled.fitted.model.physics[place].values.get(size.name, size.start) == size.neutral
         if likelier(settled, hand) > LEAST and not idle and not is_stretched(settled.fitted):
             hand = settled
