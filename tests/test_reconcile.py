@@ -24,7 +24,7 @@ from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
 from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
 from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing
 from gsfdi.reconcile.lagging import kinematic_lag
-from gsfdi.reconcile.law import check_law
+from gsfdi.reconcile.law import check_law, densest
 from gsfdi.reconcile.offer import SHARE, Offer
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
@@ -320,6 +320,13 @@ def test_a_limit_is_found_although_the_integral_waits_at_it() -> None:
     entry = answer.omitted_physics[0]
     assert entry["term"] == "current_limit"
     assert entry["parameters"]["limit_a"]["value"] == pytest.approx(limit, rel=0.01)
+
+
+def test_efforts_at_a_limit_are_told_from_those_below_it() -> None:
+    rng = np.random.default_rng(4)
+    values = np.concatenate([1.0 + 1e-3 * rng.standard_normal(200), rng.uniform(0.7, 1.0, 180)])
+    assert densest(values) == pytest.approx(1.0, abs=3e-4)
+    assert np.median(values) < 0.999
 
 
 def lossy(whole: JointRecord) -> JointRecord:
@@ -626,7 +633,7 @@ def test_an_observer_does_not_work_the_bristles() -> None:
     use = TermUse("presliding_friction", {"torque_nm": 2.0, "stiffness_nm_rad": 1e4})
     (entry,) = told(use).omitted_physics
     assert entry["term"] == "presliding_friction"
-    assert entry["parameters"]["stiffness_nm_rad"]["value"] == pytest.approx(1e4, rel=0.03)
+    assert entry["parameters"]["stiffness_nm_rad"]["value"] == pytest.approx(1e4, rel=0.06)
 
 
 def test_a_model_may_leave_out_the_numbers_of_its_terms(tmp_path: Path) -> None:

@@ -93,6 +93,8 @@ FLAT = 3.0
 """Spread of the effort at a limit, over the misfit of the law that has it, up to which it is a plateau."""
 SURPLUS = 5.0
 """Standard deviations by which the highest efforts are asked to be higher yet, where each is known to no better."""
+CLOSE = 2.2
+"""Widths of their densest half within which nearly all normal values lie: three of their standard deviations."""
 SOON = 0.005
 """Ticks below which a delay is how samples were read and held."""
 LEFT = 0.7
@@ -225,7 +227,7 @@ def _limit(held: Held) -> list[LawFinding]:
         width = max(float(np.std(effort[near])), 1e-9 * limit)
         spread = width / float(np.sqrt(near.sum()))
         if over.sum() > 10:
-            limit, width = _densest(effort[over]), spread
+            limit, width = densest(effort[over]), spread
         limit, rest = _to_the_sample(held, limit, width)
         beyond, errs = _asked(held, limit) - limit, float(np.sqrt(rest / held.samples))
         met = beyond > 0
@@ -239,13 +241,13 @@ def _limit(held: Held) -> list[LawFinding]:
     return next(([f] for f in found if f.gain > most - HARDLY), [])
 
 
-def _densest(values: Array) -> float:
-    """Where values lie closest: of those that are asked to be over a limit, the law's own errors bring some below."""
-    for _ in range(2):
-        values, half = np.sort(values), (len(values) + 1) // 2
-        first = int(np.argmin(values[half - 1 :] - values[: len(values) - half + 1]))
-        values = values[first : first + half]
-    return float(np.median(values))
+def densest(values: Array) -> float:
+    """Middle of where values lie close: of those asked to be over a limit, the law's errors bring some from below."""
+    values, half = np.sort(values), (len(values) + 1) // 2
+    widths = values[half - 1 :] - values[: len(values) - half + 1]
+    first = int(np.argmin(widths))
+    close = np.abs(values - np.median(values[first : first + half])) <= CLOSE * widths[first]
+    return float(np.median(values[close]))
 
 
 def _asked(held: Held, limit: float) -> Array:
