@@ -265,6 +265,19 @@ def test_a_current_bias_is_dated_although_the_recording_has_a_gap() -> None:
     assert bias.values["bias_a"] == pytest.approx(0.05, rel=0.05)
 
 
+def test_a_current_bias_is_sized_by_the_samples_that_the_law_can_be_held_to() -> None:
+    asked = ramped()  # at its corners nobody knows the rate that the controller had
+    unlogged = replace(recorded(NOMINAL), t=0.01 * np.arange(len(asked)), channels={"setpoint": asked}, valid={})
+    biased = replace(MODEL, physics=(TermUse("current_bias", {"bias_a": 1e-3}, None, 25.0),))
+    whole = simulate_record(biased, replay=unlogged, seed=1)
+    channels = {name: whole[name] for name in whole.channels if name != "setpoint_rate"}
+    found = check_law(bench([replace(whole, channels=channels, valid={})], MODEL).records, MODEL)
+    assert found is not None
+    (bias,) = found.findings
+    assert bias.values["bias_a"] == pytest.approx(1e-3, rel=0.03)
+    assert bias.onset == pytest.approx(25.0, abs=0.3)
+
+
 def test_terms_are_tried_at_the_size_of_what_is_missing() -> None:
     hand = opening(bench([recorded(NOMINAL)], NOMINAL), NOMINAL, 0.0)
     drive = hand.stand.scales.torque

@@ -7,6 +7,7 @@ from joints import MODEL
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.finalists import only_turns
 from gsfdi.simulate import fault_of, simulate_record
 
 HOLDS = TermUse("coulomb_friction", {"torque_nm": 2.0}, "motor")
@@ -28,6 +29,17 @@ def test_how_the_friction_of_a_model_turns_round_is_no_physics() -> None:
     assert answer.updated_model is not None
     (use,) = answer.updated_model.physics
     assert use.values["smooth_rad_s"] == pytest.approx(5e-4, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("excess_nm", "velocity_rad_s", "mends"), [(0.15, 1.5e-3, True), (0.6, 1.5e-3, False), (0.15, 8e-3, False)]
+)
+def test_a_little_more_friction_where_it_turns_is_how_it_turns(
+    excess_nm: float, velocity_rad_s: float, mends: bool
+) -> None:
+    more = TermUse("stribeck_friction", {"excess_nm": excess_nm, "velocity_rad_s": velocity_rad_s}, "motor")
+    assert only_turns(replace(REAL, physics=(TURNS, more))) is mends
+    assert not only_turns(replace(JOINT, physics=(HOLDS, more)))
 
 
 def test_an_effect_is_named_beside_friction_that_turns_round_slowly() -> None:
