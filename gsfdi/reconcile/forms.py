@@ -82,8 +82,11 @@ def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
 
 
 def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
-    """Try the term at `place` by the other laws that go by its name, or with a detail that it leaves out."""
-    size = term.params[0]
+    """Try the term at `place` by the other laws that go by its name, or with a detail that it leaves out.
+
+    What has been taken on may make another law the likelier one: all are tried again then.
+    """
+    size, before = term.params[0], hand
     for param in term.params:
         starts, knobs = other_forms(hand, place, term, param)
         fits = [fit_knobs(hand.misfit, start, knobs, 3) for start in starts]
@@ -98,7 +101,7 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         idle = settled.fitted.model.physics[place].values.get(size.name, size.start) == size.neutral
         if likelier(settled, hand) > LEAST and not idle and not is_stretched(settled.fitted):
             hand = settled
-    return hand
+    return hand if hand is before else relawed(hand, place, term, floor)
 
 
 def other_forms(hand: Round, place: int, term: PhysicsTerm, param: Param) -> tuple[list[JointModel], tuple[Knob, ...]]:
