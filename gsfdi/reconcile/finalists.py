@@ -9,12 +9,7 @@ from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.hand import (
-    Round,
-    is_sensor,
-    settle,
-    with_term,
-)
+from gsfdi.reconcile.hand import Round, is_sensor, settle, with_term
 from gsfdi.reconcile.offering import MATERIAL, SIMULATED
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset

@@ -126,10 +126,8 @@ def other_forms(hand: Round, place: int, term: PhysicsTerm, param: Param) -> tup
     trials = param.trials(hand.stand.scales)
     models = [written({param.name: value}) for value in trials]
     low, high = plausible(hand.stand, term, param, trials[0])
-    return towards(hand, models), (
-        *knobs,
-        Knob(place, param.name, trials[0], max(low, param.low), min(high, param.high)),
-    )
+    detail = Knob(place, param.name, trials[0], max(low, param.low), min(high, param.high))
+    return towards(hand, models), (*knobs, detail)
 
 
 def nearest(hand: Round, starts: Sequence[JointModel]) -> list[JointModel]:
