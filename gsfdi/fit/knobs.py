@@ -16,13 +16,12 @@ BEGINS = {START: "windups", INTEGRAL: "integrals", BRISTLES: "bristles"}
 
 @dataclass(frozen=True, slots=True)
 class Started(JointModel):
-    """A model with what each stretch begins with.
+    """A model with what each stretch begins with: wind-up, integral part, and how far bristles are stretched.
 
-    That is a wind-up beyond what balances the first effort [rad], an integral part, and how far bristles are stretched,
-    as a share of the full.
-    No sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter, and so
-    is the integral part of the controller that told a speed, beyond what was assumed of it. What went before a gap has
-    left bristles somewhere, too.
+    The wind-up is that beyond what balances the first effort [rad], the stretch of bristles a share of the full. No
+    sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter, and so
+    is the integral part of the controller that told a speed, beyond what was assumed of it. What went before a gap
+    has left bristles somewhere, too.
     """
 
     windups: tuple[float, ...] = ()

@@ -68,8 +68,7 @@ class Case:
     @property
     def findings(self) -> list[LawFinding]:
         """What the law check and the values themselves told."""
-        law = self.settled.law
-        return [*(law.findings if law else ()), *self.settled.shown]
+        return self.settled.findings
 
     @property
     def noise_share(self) -> float:

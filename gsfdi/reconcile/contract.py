@@ -50,6 +50,11 @@ class Settled:
     shown: tuple[LawFinding, ...]
     level: float = 0.0
 
+    @property
+    def findings(self) -> list[LawFinding]:
+        """What the law check and the values themselves told."""
+        return [*(self.law.findings if self.law else ()), *self.shown]
+
 
 def settle_contract(
     records: Sequence[JointRecord], model: JointModel, without: Sequence[str], beyond: Sequence[LawFinding] = ()

@@ -26,7 +26,6 @@ APART = 3.0
 """Log-likelihood by which one parameter moved alone must beat another to be told from it."""
 SOLE = 12.0
 """Log-likelihood that moving one parameter alone may fall short of moving all."""
-
 SLIGHT = 0.002
 """Share of what all parameters gain by which two simulators may differ in how they take their steps."""
 

@@ -33,7 +33,7 @@ def plant_knobs(model: JointModel, effort: str) -> list[Knob]:
 
 
 def start_knobs(stand: Bench) -> list[Knob]:
-    """Knobs of what each stretch begins with: wind-up, and the integral part of a controller that told the speed."""
+    """Knobs of what each stretch begins with: wind-up, bristles, the integral part of a law that told the speed."""
     sizes = {START: stand.scales.windup if stand.model.structure == "flexible" else 0.0}
     if stand.lever > 0:
         sizes[INTEGRAL] = float(np.sqrt(stand.system.R[1])) / stand.lever

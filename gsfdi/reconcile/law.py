@@ -28,7 +28,7 @@ from gsfdi.reconcile.sheet import (
     scaled,
     younger,
 )
-from gsfdi.types import Array, JointRecord
+from gsfdi.types import Array, JointRecord, Mask
 
 COARSE = 0.003
 """Share of the effort below which a misfit of the law is how it was sampled and held rather than what it is."""
@@ -160,7 +160,7 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
         spread = float(np.sqrt(rest / held.samples / info))
         found.append(scaled(term, slope, held.gain(rest), 1 - rest / held.energy, spread))
     if not taken & {"current_bias", "current_limit"} and len({(r.source, r.t0_ns) for r in held.log.records}) == 1:
-        found += _steps(held)
+        found += _steps(held, free)
     if "timestamp_latency" not in taken:
         found.append(_clock(held, "timestamp_latency", "delay_s", lambda late: held.log.sheets(held.aged, late)))
     if measured and LAG not in taken:
@@ -170,12 +170,11 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
     return found
 
 
-def _steps(held: Held) -> list[LawFinding]:
+def _steps(held: Held, free: Sequence[Mask]) -> list[LawFinding]:
     """A bias of the effort's sensor that sets in, by stretch of the recording: each begins at a level of its own."""
     found = []
-    for sheet, off in zip(held.sheets, held.off, strict=True):
-        free = against(sheet, held.findings)[1]
-        t, misfit = sheet.t[free], off[free]
+    for sheet, off, rows in zip(held.sheets, held.off, free, strict=True):
+        t, misfit = sheet.t[rows], off[rows]
         total = np.cumsum(misfit)
         n = len(misfit)
         k = np.arange(20, n - 20)
