@@ -45,13 +45,24 @@ def ramped(strokes: int = 12) -> Array:
     return np.asarray(np.cumsum(np.cumsum(np.cumsum(jerk))) * 0.01**3)
 
 
-def ramping(model: JointModel, seed: int) -> JointRecord:
-    """Telemetry of a joint along such a setpoint, neither its rate nor any speed logged."""
+def torn(whole: JointRecord, first: float, last: float) -> JointRecord:
+    """Give a record without what lies between these times [s]."""
+    keep = (whole.t < first) | (whole.t > last)
+    return replace(whole, t=whole.t[keep], channels={k: whole[k][keep] for k in whole.channels}, valid={})
+
+
+def along_ramps(model: JointModel, seed: int) -> JointRecord:
+    """Telemetry of a joint along such a setpoint, its rate not logged."""
     setpoint = ramped()
     t = 0.01 * np.arange(len(setpoint))
     asked = replace(simulate_record(MODEL, duration=1.0), t=t, channels={"setpoint": setpoint}, valid={})
-    shown = without_speed(simulate_record(model, replay=asked, seed=seed))
+    shown = simulate_record(model, replay=asked, seed=seed)
     return replace(shown, channels={name: shown[name] for name in shown.channels if name != "setpoint_rate"})
+
+
+def ramping(model: JointModel, seed: int) -> JointRecord:
+    """The same without any speed."""
+    return without_speed(along_ramps(model, seed))
 
 
 @cache

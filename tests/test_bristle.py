@@ -1,11 +1,10 @@
 """Bristles: both laws rise alike from rest, and part in what they remember of a reversal."""
 
 import ctypes
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints import MODEL, record
+from joints import MODEL, record, torn
 from numpy.testing import assert_allclose
 
 from gsfdi import motion
@@ -96,9 +95,7 @@ def test_the_compiled_law_is_the_same() -> None:
 
 def test_a_bristle_stretched_by_what_a_gap_hides_is_no_other_physics() -> None:
     whole = record("presliding_friction=3,stiffness_nm_rad=300")
-    keep = (whole.t < 8.0) | (whole.t > 9.6)
-    torn = replace(whole, t=whole.t[keep], channels={k: whole[k][keep] for k in whole.channels}, valid={})
-    (entry,) = reconcile([torn], MODEL).omitted_physics
+    (entry,) = reconcile([torn(whole, 8.0, 9.6)], MODEL).omitted_physics
     assert entry["term"] == "presliding_friction"
     assert entry["parameters"]["stiffness_nm_rad"]["value"] == pytest.approx(300.0, rel=0.03)
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from joints import MODEL, ramped, without_speed
+from joints import MODEL, along_ramps, ramped, torn, without_speed
 from rigid import JOINT as NOMINAL
 
 from gsfdi.fit import Knob
@@ -255,9 +255,7 @@ def test_an_onset_that_may_be_anywhere_in_a_rest_is_put_into_its_middle() -> Non
 
 def test_a_current_bias_is_dated_although_the_recording_has_a_gap() -> None:
     whole = recorded(replace(NOMINAL, physics=(TermUse("current_bias", {"bias_a": 0.05}, None, 9.0),)))
-    keep = (whole.t < 14.0) | (whole.t > 20.0)
-    torn = replace(whole, t=whole.t[keep], channels={k: whole[k][keep] for k in whole.channels}, valid={})
-    found = check_law(bench([torn], NOMINAL).records, NOMINAL)
+    found = check_law(bench([torn(whole, 14.0, 20.0)], NOMINAL).records, NOMINAL)
     assert found is not None
     (bias,) = found.findings
     assert bias.term == "current_bias"
@@ -266,12 +264,8 @@ def test_a_current_bias_is_dated_although_the_recording_has_a_gap() -> None:
 
 
 def test_a_current_bias_is_sized_by_the_samples_that_the_law_can_be_held_to() -> None:
-    asked = ramped()  # at its corners nobody knows the rate that the controller had
-    unlogged = replace(recorded(NOMINAL), t=0.01 * np.arange(len(asked)), channels={"setpoint": asked}, valid={})
     biased = replace(MODEL, physics=(TermUse("current_bias", {"bias_a": 1e-3}, None, 25.0),))
-    whole = simulate_record(biased, replay=unlogged, seed=1)
-    channels = {name: whole[name] for name in whole.channels if name != "setpoint_rate"}
-    found = check_law(bench([replace(whole, channels=channels, valid={})], MODEL).records, MODEL)
+    found = check_law(bench([along_ramps(biased, seed=1)], MODEL).records, MODEL)  # at corners nobody knows the rate
     assert found is not None
     (bias,) = found.findings
     assert bias.values["bias_a"] == pytest.approx(1e-3, rel=0.03)
@@ -289,13 +283,12 @@ def test_terms_are_tried_at_the_size_of_what_is_missing() -> None:
 
 def test_a_recording_with_a_gap_begins_anew_with_a_level_of_its_own() -> None:
     whole = recorded(NOMINAL)
-    keep = (whole.t < 14.0) | (whole.t > 20.0)
-    torn = replace(whole, t=whole.t[keep], channels={k: whole[k][keep] for k in whole.channels}, valid={})
-    first, later = levels(bench([torn], NOMINAL))
+    split = torn(whole, 14.0, 20.0)
+    first, later = levels(bench([split], NOMINAL))
     assert first.onset is None
     assert later.onset == pytest.approx(20.0, abs=0.02)
     assert len(levels(bench([whole, whole], NOMINAL))) == 1
-    assert reconcile([torn], NOMINAL).verdict == "no_mismatch"
+    assert reconcile([split], NOMINAL).verdict == "no_mismatch"
 
 
 def test_a_setpoint_has_corners_where_its_acceleration_jumps() -> None:
@@ -644,9 +637,12 @@ def test_an_offer_that_lives_in_one_block_has_a_high_bar_of_its_own() -> None:
 
 def test_an_observer_does_not_work_the_bristles() -> None:
     use = TermUse("presliding_friction", {"torque_nm": 2.0, "stiffness_nm_rad": 1e4})
-    (entry,) = told(use).omitted_physics
-    assert entry["term"] == "presliding_friction"
-    assert entry["parameters"]["stiffness_nm_rad"]["value"] == pytest.approx(1e4, rel=0.06)
+    found = []
+    for seed in (1, 2, 3):  # each alone is known to 2 to 5 %
+        (entry,) = told(use, seed=seed).omitted_physics
+        assert entry["term"] == "presliding_friction"
+        found.append(entry["parameters"]["stiffness_nm_rad"]["value"])
+    assert np.mean(found) == pytest.approx(1e4, rel=0.03)
 
 
 def test_a_model_may_leave_out_the_numbers_of_its_terms(tmp_path: Path) -> None:
