@@ -48,6 +48,8 @@ class Controller:
     """``u = kp (r - y) + ki ∫(r - y) dt + kd (b ṙ - ω/N)``, sampled and held; u in amperes, or in N m (N).
 
     `derivative_delay` is the age of the speed ω [s]: a controller that takes differences of positions has an older one.
+    `integral_rule` is the share of the newest error that the integral has counted: 0 by forward rectangles, 0.5 by
+    trapezoids, 1 by backward rectangles.
     """
 
     proportional: float
@@ -57,7 +59,13 @@ class Controller:
     rate_feedforward: float = 1.0
     limit: float = float("inf")
     derivative_delay: float = 0.0
+    integral_rule: float = 0.5
     effort: Effort = "motor_current"
+
+    @property
+    def at_once(self) -> float:
+        """Gain on the newest error, where an integral by trapezoids stands for this one."""
+        return self.proportional + (self.integral_rule - 0.5) * self.integral / self.sample_rate
 
 
 @dataclass(frozen=True, slots=True)

@@ -153,7 +153,7 @@ def pack(model: JointModel, finer: int = 1) -> Array:
     step = min(longest_step(model, row) for row in eras) / finer
     law = model.controller
     gains = (
-        (law.proportional, law.integral, law.derivative, law.rate_feedforward, law.limit, law.derivative_delay)
+        (law.at_once, law.integral, law.derivative, law.rate_feedforward, law.limit, law.derivative_delay)
         if law
         else (0,) * 6
     )

@@ -127,7 +127,7 @@ def integral_of(first: Signals, model: JointModel) -> float:
     speed = first.velocity / (1.0 if model.structure == "rigid" else model.plant.gear_ratio)
     if not np.isfinite(speed).any():
         speed = np.gradient(first.position, first.t + 1e-12 * np.arange(first.t.size))
-    left = first.effort - first.feedforward - law.proportional * error
+    left = first.effort - first.feedforward - law.at_once * error
     left = left - law.derivative * (law.rate_feedforward * first.setpoint_rate - speed)
     known = np.where(np.isfinite(error), error, 0.0)
     swept = np.concatenate([[0.0], np.cumsum(0.5 * (known[1:] + known[:-1]) * np.diff(first.t))])

@@ -24,7 +24,7 @@ from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
 from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
 from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing
 from gsfdi.reconcile.lagging import kinematic_lag
-from gsfdi.reconcile.law import check_law, densest
+from gsfdi.reconcile.law import check_law, densest, is_no_plateau
 from gsfdi.reconcile.offer import SHARE, Offer
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
@@ -333,6 +333,12 @@ def test_efforts_at_a_limit_are_told_from_those_below_it() -> None:
     values = np.concatenate([1.0 + 1e-3 * rng.standard_normal(200), rng.uniform(0.7, 1.0, 180)])
     assert densest(values) == pytest.approx(1.0, abs=3e-4)
     assert np.median(values) < 0.999
+
+
+def test_efforts_are_at_no_limit_where_they_lie_elsewhere() -> None:
+    assert not is_no_plateau(np.full(5, 0.98), 1.0, 0.01)
+    assert is_no_plateau(np.full(5, 0.25), 1.0, 0.2)
+    assert is_no_plateau(np.array([0.0, 0.5, 1.0]), 1.0, 0.5)  # noise so large tells no plateau
 
 
 def lossy(whole: JointRecord) -> JointRecord:

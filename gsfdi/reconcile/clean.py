@@ -13,13 +13,11 @@ import numpy as np
 
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.gaps import beside_lost, jumps
-from gsfdi.reconcile.law import LawCheck
+from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.reconcile.sheet import LawFinding, commanded, hiss, level_of, sheet_of, unrated
 from gsfdi.types import JointRecord, Mask
 
-EXACT = 1.3
-"""Misfit of a law, over the effort's noise, up to which the law is exact: one that is white is nothing else."""
 AGED = 0.25
 """Ticks by which a logged speed may lag; of one that lags by more, the lag came out low by a twentieth."""
 SMOOTH = 2e-3

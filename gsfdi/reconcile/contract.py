@@ -89,8 +89,10 @@ def settle_contract(
         law = reduce(corrected_law, beyond, replace(law, findings=kept))
     backwards = None if law is not None or "current_gain" in without else reversal(stand)
     new = model if backwards is None else corrected(model, backwards)
-    if law is not None and model.controller is not None and law.derivative_delay > 0:
-        new = replace(model, controller=replace(model.controller, derivative_delay=law.derivative_delay))
+    if law is not None and model.controller is not None:
+        age = max(law.derivative_delay, model.controller.derivative_delay)
+        heard = replace(model.controller, derivative_delay=age, integral_rule=law.integral_rule)
+        new = replace(model, controller=heard)
     for finding in law.findings if law is not None else ():
         new = corrected(new, finding)
     late = sum(f.values["delay_s"] for f in law.findings if f.term == LATE) if law is not None else 0.0

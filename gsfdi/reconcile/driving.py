@@ -8,9 +8,9 @@ import numpy as np
 
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.clean import EXACT, cleaned
+from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.hush import hushed
-from gsfdi.reconcile.law import LawCheck
+from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.sensing import FAR, effort_noise, seen_noise
 from gsfdi.reconcile.told import told

@@ -45,15 +45,45 @@ class LawCheck:
     findings: tuple[LawFinding, ...]
     derivative_delay: float = 0.0
     """Age of the speed that the controller must have had [s], where it is not logged; below 0 the logged one lags."""
+    integral_rule: float = 0.5
+    samples: int = 0
 
     @property
     def holds(self) -> bool:
         """Whether what is left is noise, or too small to matter."""
         return bool(self.after < max(1.5 * self.noise, 2 * COARSE * self.effort))
 
+    @property
+    def is_exact(self) -> bool:
+        """Whether noise is all that is left of a law that was fed with what is logged."""
+        return self.derivative_delay == 0.0 and self.after < EXACT * self.noise
+
+    def likelier(self, other: "LawCheck") -> float:
+        """Log-likelihood by which this law suits the recording better than another, each finding paid for."""
+        gain = self.samples * float(np.log(other.after / max(self.after, 1e-12 * other.after)))
+        return gain - SURE * (len(self.findings) - len(other.findings))
+
 
 def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) -> LawCheck | None:
-    """Hold the recorded effort against the model's controller; None where either is missing."""
+    """Hold the recorded effort against the model's controller; None where either is missing.
+
+    By which rule a controller sums its integral is nobody's fault, and no model says it: the likeliest is taken, where
+    a law leaves nothing but noise.
+    """
+    found = checked(records, model, most)
+    law = model.controller
+    if found is None or law is None or law.integral == 0.0:
+        return found
+    others = (
+        replace(model, controller=replace(law, integral_rule=rule)) for rule in RULES if rule != law.integral_rule
+    )
+    checks = [check for other in others if (check := checked(records, other, most)) is not None and check.is_exact]
+    best = max(checks, key=lambda check: check.likelier(found), default=found)
+    return best if best.likelier(found) > HARDLY else found
+
+
+def checked(records: Sequence[JointRecord], model: JointModel, most: int) -> LawCheck | None:
+    """Hold the recorded effort against the very law of the model; for the rest see `check_law`."""
     law = model.controller
     if law is None or not all("setpoint" in r for r in records):
         return None
@@ -73,7 +103,7 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
     while len(held.findings) < most:
         trials = instrumental(held, pair.shown, COARSE * size) if pair is not None else []
         trials = [f for f in trials if f.gain > SURE]
-        trials = trials or [f for f in _believable(held, noise, measured) if _matters(f, size, law)]
+        trials = trials or [f for f in _believable(held, noise, measured) if _matters(f, size, held)]
         trials = with_positions(trials, records, model)
         if not trials:
             break
@@ -82,19 +112,29 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
     clocked = len(findings) < len(held.findings) or held.late > 0  # the noise of another moment hisses, too
     if measured and not clocked and (left := hiss(held.off)) > FAR * noise:
         noise = left
-    return LawCheck(before, held.left, size, noise, findings, held.aged.derivative_delay)
+    delay = held.aged.derivative_delay
+    return LawCheck(before, held.left, size, noise, findings, delay, law.integral_rule, held.samples)
 
+
+RULES = (0.0, 0.5, 1.0)
+"""Shares of the newest error that integrals have counted: rectangles forward, trapezoids, rectangles backward."""
 
 SURE = 25.0
 """Log-likelihood that a finding must gain."""
 HARDLY = 10.0
-"""Log-likelihood by which a plateau that is drawn less tightly must suit the law better."""
+"""Log-likelihood by which another rule of the integral must suit a log better, and a less tightly drawn plateau."""
 FLAT = 3.0
-"""Spread of the effort at a limit, over the misfit of the law that has it, up to which it is a plateau."""
+"""Spread of the effort at a limit, and its distance from it, over the law's misfit, up to which it is a plateau."""
+WIDE = 0.3
+"""The same as a share of the limit, however little the law can be told in noise."""
 SURPLUS = 5.0
 """Standard deviations by which the highest efforts are asked to be higher yet, where each is known to no better."""
 CLOSE = 2.2
 """Widths of their densest half within which nearly all normal values lie: three of their standard deviations."""
+EXACT = 1.3
+"""Misfit of a law, over the effort's noise, up to which the law is exact: one that is white is nothing else."""
+WAITED = 0.03
+"""Share by which an integral may seem off beside a limit: how long it waited there is known to a sample each time."""
 SOON = 0.005
 """Ticks below which a delay is how samples were read and held."""
 LEFT = 0.7
@@ -114,13 +154,14 @@ def speed_age(log: Log, law: Controller) -> float:
     return best / law.sample_rate if left_by[best] < 0.5 * left_by[0.0] else 0.0
 
 
-def _matters(finding: LawFinding, size: float, law: Controller) -> bool:
+def _matters(finding: LawFinding, size: float, held: Held) -> bool:
     """Whether a finding is larger than what sampling and holding may differ by."""
     values = finding.values
     if "ratio" in values:
-        return abs(values["ratio"] - 1) > max(COARSE, 4 * finding.spread)
+        waits = finding.term == "controller_integral" and any(f.term == "current_limit" for f in held.findings)
+        return abs(values["ratio"] - 1) > max(WAITED if waits else COARSE, 4 * finding.spread)
     if times := {"delay_s", "lag_s"} & values.keys():
-        return values[times.pop()] * law.sample_rate > SOON
+        return values[times.pop()] * held.law.sample_rate > SOON
     return abs(values.get("bias_a", np.inf)) > COARSE * size
 
 
@@ -135,7 +176,7 @@ def _believable(held: Held, noise: float, measured: bool) -> list[LawFinding]:
         found = [f for f in found if (f.share > 0.5 or f.term == "current_limit") and f.values.get("ratio", 1.0) > LEFT]
 
     def least(finding: LawFinding) -> float:
-        if held.left**2 * (1 - finding.share) >= (1.3 * noise) ** 2:
+        if held.left**2 * (1 - finding.share) >= (EXACT * noise) ** 2:
             return 0.5
         # a limit that is met for a few samples shows in nothing else
         return 0.0 if measured and finding.term == "current_limit" else 0.05
@@ -230,14 +271,20 @@ def _limit(held: Held) -> list[LawFinding]:
         limit, rest = _to_the_sample(held, limit, width)
         beyond, errs = _asked(held, limit) - limit, float(np.sqrt(rest / held.samples))
         met = beyond > 0
-        if not met.any() or np.std(effort[met]) > FLAT * errs:
-            continue  # no plateau is there
+        if not met.any() or is_no_plateau(effort[met], limit, errs):
+            continue
         if np.median(beyond[met]) < errs and np.mean(beyond[near]) < SURPLUS * errs / np.sqrt(near.sum()):
             continue  # what is asked for exceeds it by what the law errs
         share = float(1 - rest / held.energy)
         found.append(LawFinding("current_limit", {"limit_a": limit}, None, held.gain(rest) + 2.0, share, spread))
     most = max((f.gain for f in found), default=0.0)
     return next(([f] for f in found if f.gain > most - HARDLY), [])
+
+
+def is_no_plateau(effort: Array, limit: float, errs: float) -> bool:
+    """Whether efforts that should be at a limit scatter, or lie elsewhere, by more than the law's error or by much."""
+    off = max(float(np.std(effort)), abs(float(np.median(effort)) - limit))
+    return off > min(FLAT * errs, WIDE * limit)
 
 
 def densest(values: Array) -> float:

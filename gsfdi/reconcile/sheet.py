@@ -111,7 +111,7 @@ def sheet_of(
     error[~good] = np.interp(t[~good], t[good], error[good])  # a lost row's setpoint is on a line, its position is not
     growth = np.concatenate([[0.0], 0.5 * (error[1:] + error[:-1]) * np.diff(t)]) * law.integral
     parts = {
-        "proportional": law.proportional * error,
+        "proportional": law.at_once * error,
         "integral": np.nancumsum(growth),
         "derivative": law.derivative * (law.rate_feedforward * rate - velocity),
         "feedforward": ahead,

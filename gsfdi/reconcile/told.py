@@ -17,8 +17,7 @@ from math import prod
 import numpy as np
 
 from gsfdi.model import JointModel
-from gsfdi.reconcile.clean import EXACT
-from gsfdi.reconcile.law import LawCheck
+from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.sensing import effort_noise, seen_noise
 from gsfdi.reconcile.sheet import Sheet, commanded, sheet_of
 from gsfdi.types import Array, JointRecord
