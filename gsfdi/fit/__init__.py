@@ -5,12 +5,13 @@ recordings. It needs no controller, forgets its initial state, and under feedbac
 for; a fit on positions alone would see nothing, for the controller hides there whatever the model lacks.
 """
 
-from gsfdi.fit.knobs import BRISTLES, INTEGRAL, START, Knob, Started, turned
+from gsfdi.fit.knobs import BRISTLES, INTEGRAL, SHIFT, START, Knob, Started, turned
 from gsfdi.fit.levenberg import Fitted, Misfit, covariance, levenberg, slopes
 
 __all__ = [
     "BRISTLES",
     "INTEGRAL",
+    "SHIFT",
     "START",
     "Fitted",
     "Knob",

@@ -8,8 +8,9 @@ import numpy as np
 from gsfdi.model import JointModel
 from gsfdi.types import Array
 
-START, INTEGRAL, BRISTLES = -2, -3, -4
-"""Places of what a stretch of a `Started` model begins with: wind-up, the controller's integral part, bristles."""
+START, INTEGRAL, BRISTLES, SHIFT = -2, -3, -4, -5
+"""Places of what a stretch of a `Started` model begins with: wind-up, the controller's integral part, bristles; and of
+its shifts of time."""
 
 BEGINS = {START: "windups", INTEGRAL: "integrals", BRISTLES: "bristles"}
 
@@ -22,11 +23,16 @@ class Started(JointModel):
     sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter, and so
     is the integral part of the controller that told a speed, beyond what was assumed of it. What went before a gap
     has left bristles somewhere, too.
+
+    And each log has its shifts of time, within a tick: how long before its stamp an effort acts, and by how much a
+    speed is older than its stamp [s].
     """
 
     windups: tuple[float, ...] = ()
     integrals: tuple[float, ...] = ()
     bristles: tuple[float, ...] = ()
+    early: float = 0.0
+    old: float = 0.0
 
     def beginning(self, name: str, stretch: int, value: float) -> "Started":
         """Give the same model with one of these numbers at `value`."""
@@ -43,7 +49,7 @@ class Knob:
     ----------
     place : int
         Index of the term in the model's physics; -1 for a number of the linear plant, one of `BEGINS` for that with
-        which a stretch of a :class:`Started` model begins.
+        which a stretch of a :class:`Started` model begins, `SHIFT` for its shifts of time.
     name : str
         Field of the plant, or parameter of the term.
     scale : float
@@ -70,6 +76,8 @@ class Knob:
         """Read the knob's value off `model`."""
         if self.place in BEGINS:
             return float(getattr(model, BEGINS[self.place])[int(self.name)]) if isinstance(model, Started) else 0.0
+        if self.place == SHIFT:
+            return float(getattr(model, self.name, 0.0))
         if self.place < 0:
             return float(getattr(model.plant, self.name))
         use = model.physics[self.place]
@@ -82,6 +90,8 @@ class Knob:
         value = float(min(max(value, self.low), self.high))
         if self.place in BEGINS and isinstance(model, Started):
             return model.beginning(BEGINS[self.place], int(self.name), value)
+        if self.place == SHIFT:
+            return replace(model, **{self.name: value})  # type: ignore[arg-type]  # as above
         if self.place < 0:
             return replace(model, plant=replace(model.plant, **{self.name: value}))
         use = model.physics[self.place]

@@ -37,6 +37,7 @@ from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
 from gsfdi.reconcile.screen import LEAST, Entry, Screening, refits, screen
 from gsfdi.reconcile.simpler import simplified
 from gsfdi.reconcile.smallest import Smallest, smallest
+from gsfdi.reconcile.ticks import is_clock, shifted, shifted_as
 from gsfdi.reconcile.trifles import only_mends_flanks
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
@@ -135,6 +136,10 @@ def rounds(
         restated = hand if leaves_nothing(hand, floor) else rewritten(hand, given, floor)
         if restated is not hand and (settled is None or likelier(restated, settled) > 0):
             first, hand = (first if contests else restated), restated
+            continue
+        timed = shifted(hand, floor)
+        if timed is not hand and (settled is None or likelier(timed, settled) > 0 or is_clock(settled)):
+            first, hand = (shifted_as(timed, first, floor) if contests else timed), timed
             continue
         contests.append(contest)
         if settled is None:

@@ -17,6 +17,7 @@ from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.rivals import DRY, rivals
 from gsfdi.reconcile.simpler import there_all_along, without
+from gsfdi.reconcile.ticks import unshifted
 from gsfdi.reconcile.trifles import pruned
 from gsfdi.reconcile.turning import spread_of
 from gsfdi.registry import shelf
@@ -124,7 +125,7 @@ def names(
     faulty : bool
         Whether the law or the values have shown something wrong already, beside which any term must be needed.
     """
-    hand = dated(unrefined(pruned(hand, given, shelf_terms)), given)
+    hand = dated(unshifted(unrefined(pruned(hand, given, shelf_terms))), given)
     found: list[Name] = []
     place = given
     swaps, former = 0, dict[tuple[str, str | None], TermUse]()

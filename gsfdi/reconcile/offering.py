@@ -12,6 +12,7 @@ from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.surplus import lowered
+from gsfdi.reconcile.ticks import named_by_shifts
 from gsfdi.reconcile.waves import worthy_orders
 
 OF_THE_LAW = frozenset({"current_gain", "velocity_bias", "velocity_gain", "velocity_lag"})
@@ -55,10 +56,11 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) 
     """Every offer of every term that could act in this joint, show beside its recorded effort, and is not there yet."""
     stand = hand.stand
     worthy = {**worthy_orders(hand), **worthy_frequencies(hand)}
-    names = {use.term for use in hand.fitted.model.physics}
+    names, moot = {use.term for use in hand.fitted.model.physics}, named_by_shifts(hand.fitted)
     found = [
         offer
         for term in shelf_terms.values()
+        if term.name not in moot
         if stand.model.structure in term.structures and stand.model.axis in term.axes and names.issuperset(term.beside)
         for offer in offers(term, stand.scales, worthy, share_to_try(hand))
     ]

@@ -13,7 +13,9 @@ from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, allowed, refined_onset
+from gsfdi.reconcile.ticks import named_by_shifts
 from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.sliding import SMOOTH
 
 DRY = {"coulomb_friction", "presliding_friction"}
 """A bristle that slides is a dry friction."""
@@ -57,15 +59,16 @@ def rivals(
     others = (*hand.fitted.model.physics[:place], *hand.fitted.model.physics[place + 1 :])
     keep = [i for i, k in enumerate(hand.fitted.knobs) if k.place != place]
     rest = [replace(k, place=k.place - (k.place > place)) for k in (hand.fitted.knobs[i] for i in keep)]
-    found = []
+    found, moot = [], named_by_shifts(hand.fitted)
     finalists = [entry for entry in contest.entries if entry.fitted is not None]
     for entry in (*finalists, *unfitted_likes(own, contest)):
-        if not may_replace(entry, own, others, given, shelf_terms):
+        if entry.offer.term in moot or not may_replace(entry, own, others, given, shelf_terms):
             continue
         use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
         use = former.get((entry.offer.term, entry.offer.side), use)
         if use is None:
             continue
+        use = turning_like(own, use)
         if own.onset is not None and (use.onset is not None or entry.fitted is None):
             use = replace(use, onset=own.onset)  # what happened then is the question, not when
         model = with_term(replace(hand.fitted.model, physics=others), use)
@@ -83,6 +86,14 @@ def rivals(
         if not is_at_bound(fitted, shelf_terms):
             found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
     return found
+
+
+def turning_like(own: TermUse, other: TermUse) -> TermUse:
+    """Give a dry friction that stands for drag which builds up with speed: it turns round over the same speeds."""
+    if (own.term, other.term) != ("shear_thinning_friction", "coulomb_friction"):
+        return other
+    values = {"torque_nm": own.values["torque_nm"], SMOOTH.name: own.values["velocity_rad_s"]}
+    return replace(other, values=values)
 
 
 def may_replace(

@@ -3,7 +3,7 @@
 import math
 
 from gsfdi.replay import layout as at
-from gsfdi.replay.compiling import inlined
+from gsfdi.replay.compiling import compiled, inlined
 from gsfdi.replay.laws import mapped, unmapped
 from gsfdi.replay.sensors import sense_late
 
@@ -25,9 +25,20 @@ def command(model, mode, m, v, states, clock, state, now, held, noise, resolutio
             held = control(model, clock, now, clock[now, at.POSITION], clock[now, at.VELOCITY] / ratio, v)
             held = mapped(at.CURRENT, model, m, states, held)
     elif math.isfinite(clock[now, at.EFFORT]):
-        held = unmapped(at.CURRENT_SENSOR, model, m, states, clock[now, at.EFFORT])
+        held = unmapped(at.CURRENT_SENSOR, model, m, states, recorded(clock, now, v[at.SHIFTS, 0]))
         held = mapped(at.CURRENT, model, m, states, held)
     return held
+
+
+@compiled
+def recorded(clock, now, early):  # type: ignore[no-untyped-def]
+    """Effort on average from event `now` to the next, where each acts a part of a tick before or after its stamp."""
+    effort = clock[now, at.EFFORT]
+    beside = now + 1 if early > 0.0 else now - 1
+    if early == 0.0 or beside < 0 or beside >= clock.shape[0] or not math.isfinite(clock[beside, at.EFFORT]):
+        return effort
+    share = min(abs(early) / abs(clock[beside, at.TIME] - clock[now, at.TIME]), 1.0)
+    return effort + share * (clock[beside, at.EFFORT] - effort)
 
 
 @inlined
