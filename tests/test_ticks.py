@@ -12,6 +12,7 @@ from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.bench import bench, starts
 from gsfdi.reconcile.hand import started
 from gsfdi.reconcile.law import check_law
+from gsfdi.reconcile.say import timed
 from gsfdi.simulate import replay_many, simulate_record
 from gsfdi.types import Array, JointRecord
 
@@ -118,3 +119,11 @@ def test_how_another_simulator_steps_has_no_name(steps: int) -> None:
     answer = reconcile([stepped(steps)], MODEL)
     assert answer.verdict == "no_mismatch"
     assert answer.omitted_physics == ()
+    assert ("before its stamp" in answer.says) == (steps == 10)  # the finer ones are not felt
+
+
+def test_shifts_are_told_in_milliseconds() -> None:
+    assert timed(0.0, 0.0) == ""
+    told = timed(early=5e-4, old=-2.5e-4)
+    assert "effort acts 0.5 ms before its stamp" in told
+    assert "speed is that of 0.25 ms after its stamp" in told

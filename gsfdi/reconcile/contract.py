@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.bench import Bench, bench
 from gsfdi.reconcile.driving import driven_by, with_effort_noise
-from gsfdi.reconcile.law import LawCheck, check_law
+from gsfdi.reconcile.law import COARSE, LawCheck, check_law
 from gsfdi.reconcile.sensing import grain_of
 from gsfdi.reconcile.sheet import LawFinding, joined
 from gsfdi.reconcile.told import GAINS, is_telling
@@ -52,8 +52,9 @@ class Settled:
 
     @property
     def findings(self) -> list[LawFinding]:
-        """What the law check and the values themselves told."""
-        return [*(self.law.findings if self.law else ()), *self.shown]
+        """What the law check and the values themselves told, but for gains that are off by no more than a tick does."""
+        law = self.law.findings if self.law else ()
+        return [*(f for f in law if abs(f.values.get("ratio", np.inf) - 1.0) > COARSE), *self.shown]
 
 
 def settle_contract(

@@ -54,6 +54,17 @@ def rewritten(nominal: Sequence[TermUse], found: Sequence[TermUse], axis: str) -
     return f" Of the model's own terms that takes {', '.join(told)}." if told else ""
 
 
+def timed(early: float, old: float) -> str:
+    """Say how the log is shifted within a tick; nothing where it is not."""
+    shifts = (("effort acts", -early), ("speed is that of", -old))
+    told = [
+        f"the {what} {1e3 * abs(late):.2g} ms {'after' if late > 0 else 'before'} its stamp"
+        for what, late in shifts
+        if late != 0.0
+    ]
+    return f" How the loop is run, and no fault: {', '.join(told)}." if told else ""
+
+
 def sentence(
     use: TermUse, term: PhysicsTerm | None, gain_share: float, axis: str, rivals: Sequence[str], either: bool = False
 ) -> str:

@@ -10,7 +10,8 @@ name.
 
 import numpy as np
 
-from gsfdi.fit import SHIFT, Fitted, Knob, turned
+from gsfdi.fit import SHIFT, Fitted, Knob, Started, turned
+from gsfdi.model import JointModel
 from gsfdi.reconcile.hand import Round, around, likelier, regressed, settle
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.types import Array
@@ -29,10 +30,14 @@ REST = 0.05
 """Share of the drive's torque, per tick of a shift, that fitting it leaves: it is drawn straight between samples."""
 
 
+def shifts_of(model: JointModel) -> tuple[float, float]:
+    """How long before its stamp an effort acts, and by how much a speed is older than its stamp [s]."""
+    return (model.early, model.old) if isinstance(model, Started) else (0.0, 0.0)
+
+
 def left_by_shifts(fitted: Fitted, period: float) -> float:
     """Share of the drive's torque that shifts of time leave behind."""
-    shifts = [abs(knob.read(fitted.model)) for knob in fitted.knobs if knob.place == SHIFT]
-    return REST * max(shifts, default=0.0) / period
+    return REST * max(map(abs, shifts_of(fitted.model))) / period
 
 
 def shifted(hand: Round, floor: Array) -> Round:
