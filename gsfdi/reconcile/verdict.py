@@ -10,8 +10,10 @@ from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.enough import is_blind
 from gsfdi.reconcile.hand import is_sensor
 from gsfdi.reconcile.judge import torque_left, white_left
+from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.parameters import TERM_OF
 from gsfdi.reconcile.reconciliation import Outcome
+from gsfdi.reconcile.ticks import left_by_shifts
 from gsfdi.reconcile.twin import left_by_twin
 from gsfdi.reconcile.verify import left_over
 
@@ -54,7 +56,8 @@ def left_of(case: Case) -> float:
 def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) -> Outcome:
     """Draw the verdict from what was named and what remains."""
     remains, known = (float(np.linalg.norm(t)) / case.stand.scales.torque for t in (case.hand.torque, case.floor))
-    near_noise = remains <= NOISY * known
+    stepped = min(left_by_shifts(case.hand.fitted, case.stand.scales.period), SIMULATED)
+    near_noise = remains <= max(NOISY * known, stepped)
     material = remains > MATERIAL and not near_noise
     if not entries:
         if material and remains > AS_MUCH * left_by_twin(case.first.stand, case.refitted):
