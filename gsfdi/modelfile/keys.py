@@ -84,7 +84,9 @@ def _gains(unit: str, linear_unit: str) -> tuple[KeyOf, ...]:
             high=1e3,
         ),
         _key("derivative_delay", "derivative_delay_s", "age of the speed that the derivative acts on", high=1.0),
-        _key("integral_rule", "integral_rule", "share of the newest error that the integral has counted", high=1.0),
+        _key(
+            "integral_rule", "integral_rule", "newest error counted: 0 or 1 by rectangles, 0.5 by trapezoids", high=1.0
+        ),
         _key("limit", f"limit_{unit}", "greatest effort, with anti-windup", f"limit_{linear_unit}", above=True),
     )
 

@@ -18,6 +18,7 @@ from gsfdi.reconcile.law import COARSE, SURE
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.sensing import setpoint_rate, shown_speed
 from gsfdi.reconcile.sheet import LawFinding
+from gsfdi.reconcile.ticks import READ
 from gsfdi.simulate import replay, replay_many
 from gsfdi.types import Array, JointRecord
 from gsfdi.whiten import observed, respond, steady_gain
@@ -56,7 +57,9 @@ def suspects(first: Round) -> list[LawFinding]:
         more = SURE if term in CLOCKS else 0.0  # where all effort goes into inertia, a gain is as good as an age
         if gain - more > most and not trifle:
             share = 2 * gain / float(residual @ residual)
-            most, best = gain - more, LawFinding(term, valued(term, size), None, gain, share, info**-0.5)
+            read = READ * first.stand.scales.period if term in CLOCKS else 0.0
+            spread = float(np.hypot(info**-0.5, read))
+            most, best = gain - more, LawFinding(term, valued(term, size), None, gain, share, spread)
     found = [f for f in (suspect_step(first), best, suspect_drift(first, seen)) if f is not None]
     found.sort(key=lambda f: -f.share)
     return [f for place, f in enumerate(found) if f.term not in {g.term for g in found[:place]}]

@@ -20,14 +20,19 @@ NAMES = {"early": "actuation_delay", "old": "velocity_lag"}
 """What either shift is called where it is longer."""
 PART = 0.15
 """Share of a tick up to which a shift is how samples are taken, held and acted on."""
+LATE = 0.1
+"""The same of an effort that acts late: few ways of stepping do that, and drives do."""
 FULL = 0.95
-"""Share of `PART` from which a fitted shift is taken to be a longer one that was cut off."""
+"""Share of these from which a fitted shift is taken to be a longer one that was cut off."""
 FIRST = 0.02
 """Ticks of a shift that matters."""
 LEAST = 8.0
 """Log-likelihood that shifts must gain: less than a name must, for what else lags would be given what they do."""
 REST = 0.05
 """Share of the drive's torque, per tick of a shift, that fitting it leaves: it is drawn straight between samples."""
+
+READ = 0.005
+"""Standard deviation, in ticks, of what simulators differ by in when samples are read and efforts act."""
 
 
 def shifts_of(model: JointModel) -> tuple[float, float]:
@@ -52,9 +57,9 @@ def shifted(hand: Round, floor: Array) -> Round:
     if any(knob.place == SHIFT for knob in hand.fitted.knobs):
         return hand
     stand, there = hand.stand, {use.term for use in hand.fitted.model.physics}
-    step, most = FIRST * stand.scales.period, PART * stand.scales.period
+    step, most, late = (share * stand.scales.period for share in (FIRST, PART, LATE))
     names = [name for name in (NAMES if 1 in stand.system.rows else ("early",)) if NAMES[name] not in there]
-    knobs = [Knob(SHIFT, name, step, -most, most, is_size=False) for name in names]
+    knobs = [Knob(SHIFT, name, step, -late if name == "early" else -most, most, is_size=False) for name in names]
     if not knobs:
         return hand
     moved = hand.misfit([knob.turn(hand.fitted.model, step) for knob in knobs]) - hand.fitted.residual
@@ -62,8 +67,8 @@ def shifted(hand: Round, floor: Array) -> Round:
     able = [knob for knob, gain in zip(knobs, 0.5 * scores**2 / information, strict=True) if gain > LEAST]
     for trial in (knobs, *([knob] for knob in able if len(knobs) > 1)) if able else ():
         found = settle(stand, hand.fitted.model, [*hand.fitted.knobs, *trial], floor)
-        longest = max(abs(knob.read(found.fitted.model)) for knob in trial)
-        if longest < FULL * most and likelier(found, hand) > LEAST and unshifted(found) is found:
+        whole = all(FULL * knob.low < knob.read(found.fitted.model) < FULL * knob.high for knob in trial)
+        if whole and likelier(found, hand) > LEAST and unshifted(found) is found:
             return found
     return hand
 

@@ -37,7 +37,8 @@ def recorded(clock, now, early):  # type: ignore[no-untyped-def]
     beside = now + 1 if early > 0.0 else now - 1
     if early == 0.0 or beside < 0 or beside >= clock.shape[0] or not math.isfinite(clock[beside, at.EFFORT]):
         return effort
-    share = min(abs(early) / abs(clock[beside, at.TIME] - clock[now, at.TIME]), 1.0)
+    span = abs(clock[beside, at.TIME] - clock[now, at.TIME])
+    share = abs(early) / span if span > abs(early) else 1.0
     return effort + share * (clock[beside, at.EFFORT] - effort)
 
 
