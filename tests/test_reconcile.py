@@ -169,7 +169,7 @@ def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
     monkeypatch.setattr(verdict, "left_over", lambda *args: held_out)
     use = TermUse(term, {})
     fitted = SimpleNamespace(knobs=[], values=[], model=SimpleNamespace(physics=[use]))
-    stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0))
+    stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0, period=0.01))
     case = SimpleNamespace(
         found=[SimpleNamespace(use=use)],
         hand=SimpleNamespace(fitted=fitted, torque=np.array([0.05, 0.0])),
