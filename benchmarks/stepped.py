@@ -163,7 +163,7 @@ def recorded(job: Job, model: JointModel) -> JointRecord:
     stepped(r, rate, effect, sizes, job.steps, noise, joint, gains, out)
     channels = {"setpoint": r, "setpoint_rate": rate, "position": out[:, 0], "motor_current": out[:, 2]}
     channels |= {"motor_velocity": out[:, 1]} if job.speed else {}
-    return JointRecord("stepped", model.name, 0, TICK * np.arange(len(r)), channels, source=job.effect)
+    return JointRecord("stepped", model.name, 0, TICK * np.arange(len(r)), channels, source="stepped")
 
 
 def one(job: Job) -> tuple[bool, str]:

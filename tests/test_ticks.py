@@ -115,7 +115,7 @@ def stepped(steps: int) -> JointRecord:
 
 @pytest.mark.parametrize("steps", [10, 100])
 def test_how_another_simulator_steps_has_no_name(steps: int) -> None:
-    """A motor's speed lags by half a step, efforts act half a step early: a tenth of a tick would have been a fault."""
+    """The speed lags by half a step, efforts act half a step early."""
     answer = reconcile([stepped(steps)], MODEL)
     assert answer.verdict == "no_mismatch"
     assert answer.omitted_physics == ()

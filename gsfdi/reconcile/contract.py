@@ -93,7 +93,7 @@ def settle_contract(
     if law is not None and model.controller is not None:
         age = max(law.derivative_delay, model.controller.derivative_delay)
         heard = replace(model.controller, derivative_delay=age, integral_rule=law.integral_rule)
-        new = replace(model, controller=heard)
+        new = model if heard == model.controller else replace(model, controller=heard)
     for finding in law.findings if law is not None else ():
         new = corrected(new, finding)
     late = sum(f.values["delay_s"] for f in law.findings if f.term == LATE) if law is not None else 0.0

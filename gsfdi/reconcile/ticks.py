@@ -40,6 +40,11 @@ def shifts_of(model: JointModel) -> tuple[float, float]:
     return (model.early, model.old) if isinstance(model, Started) else (0.0, 0.0)
 
 
+def shift_knobs(fitted: Fitted) -> list[Knob]:
+    """Knobs of the shifts that are fitted."""
+    return [knob for knob in fitted.knobs if knob.place == SHIFT]
+
+
 def left_by_shifts(fitted: Fitted, period: float) -> float:
     """Share of the drive's torque that shifts of time leave behind."""
     return REST * max(map(abs, shifts_of(fitted.model))) / period
@@ -54,7 +59,7 @@ def shifted(hand: Round, floor: Array) -> Round:
     floor : (k,) array
         Torque noise that is known to be there [N m].
     """
-    if any(knob.place == SHIFT for knob in hand.fitted.knobs):
+    if shift_knobs(hand.fitted):
         return hand
     stand, there = hand.stand, {use.term for use in hand.fitted.model.physics}
     step, most, late = (share * stand.scales.period for share in (FIRST, PART, LATE))
@@ -75,17 +80,17 @@ def shifted(hand: Round, floor: Array) -> Round:
 
 def unshifted(hand: Round) -> Round:
     """Take out shifts that terms which came later have made needless."""
-    rest = [knob for knob in hand.fitted.knobs if knob.place != SHIFT]
-    knobs = [knob for knob in hand.fitted.knobs if knob.place == SHIFT]
+    knobs = shift_knobs(hand.fitted)
     if not knobs:
         return hand
+    rest = [knob for knob in hand.fitted.knobs if knob.place != SHIFT]
     fitted = fit_knobs(hand.misfit, turned(hand.fitted.model, knobs, np.zeros(len(knobs))), rest, 6)
     return around(hand, fitted) if fitted.cost - hand.fitted.cost < LEAST else hand
 
 
 def named_by_shifts(fitted: Fitted) -> set[str]:
     """Terms that are longer shifts than those that are fitted, and have no place beside them."""
-    return {NAMES[knob.name] for knob in fitted.knobs if knob.place == SHIFT}
+    return {NAMES[knob.name] for knob in shift_knobs(fitted)}
 
 
 def is_clock(winner: Round) -> bool:
@@ -95,6 +100,6 @@ def is_clock(winner: Round) -> bool:
 
 def shifted_as(hand: Round, other: Round, floor: Array) -> Round:
     """Give `other` the shifts of time that the model in hand has."""
-    knobs = [knob for knob in hand.fitted.knobs if knob.place == SHIFT]
+    knobs = shift_knobs(hand.fitted)
     model = turned(other.fitted.model, knobs, np.array([knob.read(hand.fitted.model) for knob in knobs]))
     return settle(other.stand, model, [*other.fitted.knobs, *knobs], floor)
