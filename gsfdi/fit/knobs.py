@@ -10,7 +10,7 @@ from gsfdi.types import Array
 
 START, INTEGRAL, BRISTLES, SHIFT = -2, -3, -4, -5
 """Places of what a stretch of a `Started` model begins with: wind-up, the controller's integral part, bristles; and of
-its shifts of time."""
+its shift of time."""
 
 BEGINS = {START: "windups", INTEGRAL: "integrals", BRISTLES: "bristles"}
 
@@ -24,15 +24,14 @@ class Started(JointModel):
     is the integral part of the controller that told a speed, beyond what was assumed of it. What went before a gap
     has left bristles somewhere, too.
 
-    And each log has its shifts of time, within a tick: how long before its stamp an effort acts, and by how much a
-    speed is older than its stamp [s].
+    And a log that a simulator made in steps has a shift of time, of half a step: each effort acts as long before its
+    stamp, and each speed is as much older than its stamp [s].
     """
 
     windups: tuple[float, ...] = ()
     integrals: tuple[float, ...] = ()
     bristles: tuple[float, ...] = ()
-    early: float = 0.0
-    old: float = 0.0
+    shift: float = 0.0
 
     def beginning(self, name: str, stretch: int, value: float) -> "Started":
         """Give the same model with one of these numbers at `value`."""
@@ -49,7 +48,7 @@ class Knob:
     ----------
     place : int
         Index of the term in the model's physics; -1 for a number of the linear plant, one of `BEGINS` for that with
-        which a stretch of a :class:`Started` model begins, `SHIFT` for its shifts of time.
+        which a stretch of a :class:`Started` model begins, `SHIFT` for its shift of time.
     name : str
         Field of the plant, or parameter of the term.
     scale : float

@@ -190,11 +190,11 @@ class Bench:
 
 
 def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:
-    """States ``(models, 8)`` in which a stretch begins, with its bristles and shifts of time.
+    """States ``(models, 7)`` in which a stretch begins, with its bristles and its shift of time.
 
     A told speed is right on average, so that a bias of the effort that told it is in the integral's start already.
     """
-    found = np.array([[*initial_state(model, drive.start), 0.0, 0.0, 0.0] for model in models])
+    found = np.array([[*initial_state(model, drive.start), 0.0, 0.0] for model in models])
     for row, model in zip(found, models, strict=True):
         biases = (use for use in model.physics if use.term == "current_bias")
         row[4] -= sum(use.values["bias_a"] * float(np.mean(drive.t >= (use.onset or drive.t[0]))) for use in biases)
@@ -202,7 +202,7 @@ def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:
             row[0] -= model.windups[stretch]
             row[2] += model.windups[stretch]
             row[4] += model.integrals[stretch]
-            row[5:] = model.bristles[stretch], model.early, model.old
+            row[5:] = model.bristles[stretch], model.shift
     return found
 
 

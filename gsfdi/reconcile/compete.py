@@ -37,7 +37,7 @@ from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
 from gsfdi.reconcile.screen import LEAST, Entry, Screening, refits, screen
 from gsfdi.reconcile.simpler import simplified
 from gsfdi.reconcile.smallest import Smallest, smallest
-from gsfdi.reconcile.ticks import is_clock, shifted, shifted_as
+from gsfdi.reconcile.ticks import is_as_likely, is_of_one_signal, shifted, shifted_as
 from gsfdi.reconcile.trifles import only_mends_flanks
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
@@ -115,6 +115,9 @@ def rounds(
 ) -> tuple[Round, Round, list[Contest]]:
     """Hold contest after contest until chance explains the best of what is left; for the rest see `compete`.
 
+    While much is missing, a lag looks like the shift of a log that was made in steps. So the shift is taken, and where
+    the lag does better in the end, all is held again without it.
+
     Another law for a term that the nominal model holds comes before any new term that gains less: where simulators
     write a friction in two ways, no physics was left out.
 
@@ -128,6 +131,16 @@ def rounds(
     most : int
         Terms that may join at most.
     """
+    opened = first
+    first, hand, contests = _rounds(first, shelf_terms, given, most, stepped=True)
+    if is_of_one_signal(hand, effort_floor(hand.stand)):
+        return _rounds(opened, shelf_terms, given, most, stepped=False)
+    return first, hand, contests
+
+
+def _rounds(
+    first: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int, most: int, stepped: bool
+) -> tuple[Round, Round, list[Contest]]:
     floor, hand = effort_floor(first.stand), first
     contests: list[Contest] = []
     left = 1.0
@@ -137,8 +150,8 @@ def rounds(
         if restated is not hand and (settled is None or likelier(restated, settled) > 0):
             first, hand = (first if contests else restated), restated
             continue
-        timed = shifted(hand, floor)
-        if timed is not hand and (settled is None or likelier(timed, settled) > 0 or is_clock(settled)):
+        timed = shifted(hand, floor) if stepped else hand
+        if timed is not hand and (settled is None or is_as_likely(timed, settled, hand)):
             first, hand = (shifted_as(timed, first, floor) if contests else timed), timed
             continue
         contests.append(contest)

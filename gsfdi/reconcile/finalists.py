@@ -13,7 +13,7 @@ from gsfdi.reconcile.hand import Round, is_sensor, settle, with_term
 from gsfdi.reconcile.offering import MATERIAL, SIMULATED
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset
-from gsfdi.reconcile.ticks import left_by_shifts
+from gsfdi.reconcile.ticks import left_by_shift
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -151,7 +151,7 @@ def matters(hand: Round, entry: Entry) -> bool:
         return True
     model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
     alone = torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0]
-    least = NET + left_by_shifts(entry.fitted, hand.stand.scales.period)
+    least = NET + left_by_shift(entry.fitted, hand.stand.scales.period)
     return bool(alone > MATERIAL) and size_of(hand, entry.fitted) > least
 
 

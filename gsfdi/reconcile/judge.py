@@ -17,7 +17,7 @@ from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.rivals import DRY, rivals
 from gsfdi.reconcile.simpler import there_all_along, without
-from gsfdi.reconcile.ticks import NAMES, READ, unshifted
+from gsfdi.reconcile.ticks import CLOCKS, READ, unshifted
 from gsfdi.reconcile.trifles import pruned
 from gsfdi.reconcile.turning import spread_of
 from gsfdi.registry import shelf
@@ -229,7 +229,7 @@ def _with_intervals(hand: Round, given: int, found: Sequence[Name], bares: Seque
         ci = {p.name: (use.values[p.name],) * 2 for p in params if p.kind == "choice" and p.name in use.values}
         for knob, value, sd in zip(hand.fitted.knobs, hand.fitted.values, spread, strict=True):
             if knob.place == given + i:
-                stepped = READ * hand.stand.scales.period if use.term in NAMES.values() else SIMULATED * abs(value)
+                stepped = READ * hand.stand.scales.period if use.term in CLOCKS else SIMULATED * abs(value)
                 width = 1.96 * float(np.hypot(sd, stepped))
                 ci[knob.name] = (float(max(value - width, knob.low)), float(min(value + width, knob.high)))
         done.append(replace(name, use=use, ci=ci, share=max(gains[i], 0.0) / whole))

@@ -12,7 +12,7 @@ from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.surplus import lowered
-from gsfdi.reconcile.ticks import named_by_shifts
+from gsfdi.reconcile.ticks import moot_by_shift
 from gsfdi.reconcile.waves import worthy_orders
 
 OF_THE_LAW = frozenset({"current_gain", "velocity_bias", "velocity_gain", "velocity_lag"})
@@ -56,7 +56,7 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) 
     """Every offer of every term that could act in this joint, show beside its recorded effort, and is not there yet."""
     stand = hand.stand
     worthy = {**worthy_orders(hand), **worthy_frequencies(hand)}
-    names, moot = {use.term for use in hand.fitted.model.physics}, named_by_shifts(hand.fitted)
+    names, moot = {use.term for use in hand.fitted.model.physics}, moot_by_shift(hand.fitted)
     found = [
         offer
         for term in shelf_terms.values()

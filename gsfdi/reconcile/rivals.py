@@ -13,7 +13,7 @@ from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, allowed, refined_onset
-from gsfdi.reconcile.ticks import named_by_shifts
+from gsfdi.reconcile.ticks import moot_by_shift
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.sliding import SMOOTH
 
@@ -59,7 +59,7 @@ def rivals(
     others = (*hand.fitted.model.physics[:place], *hand.fitted.model.physics[place + 1 :])
     keep = [i for i, k in enumerate(hand.fitted.knobs) if k.place != place]
     rest = [replace(k, place=k.place - (k.place > place)) for k in (hand.fitted.knobs[i] for i in keep)]
-    found, moot = [], named_by_shifts(hand.fitted)
+    found, moot = [], moot_by_shift(hand.fitted)
     finalists = [entry for entry in contest.entries if entry.fitted is not None]
     for entry in (*finalists, *unfitted_likes(own, contest)):
         if entry.offer.term in moot or not may_replace(entry, own, others, given, shelf_terms):

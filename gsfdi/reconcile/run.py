@@ -24,7 +24,7 @@ from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.say import rewritten, timed
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
-from gsfdi.reconcile.ticks import shifts_of
+from gsfdi.reconcile.ticks import shift_of
 from gsfdi.reconcile.twin import is_imitated
 from gsfdi.reconcile.verdict import left_of, verdict_of
 from gsfdi.registry import shelf
@@ -100,7 +100,7 @@ def _told(case: Case) -> Reconciliation:
         indistinguishable=tuple(groups),
         parameters={s.term: {"ratio": s.ratio, "ci95": [s.low, s.high]} for s in moved},
         fit=fit,
-        says=_says(verdict, entries, left) + anew + timed(*shifts_of(case.hand.fitted.model)),
+        says=_says(verdict, entries, left) + anew + timed(shift_of(case.hand.fitted.model)),
         updated_model=model if verdict in ("explained", "partly_explained") or anew else None,
         evidence=evidence_of(case, model, before, after, groups),
     )

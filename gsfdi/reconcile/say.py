@@ -54,15 +54,12 @@ def rewritten(nominal: Sequence[TermUse], found: Sequence[TermUse], axis: str) -
     return f" Of the model's own terms that takes {', '.join(told)}." if told else ""
 
 
-def timed(early: float, old: float) -> str:
+def timed(shift: float) -> str:
     """Say how the log is shifted within a tick; nothing where it is not."""
-    shifts = (("effort acts", -early), ("speed is that of", -old))
-    told = [
-        f"the {what} {1e3 * abs(late):.2g} ms {'after' if late > 0 else 'before'} its stamp"
-        for what, late in shifts
-        if late != 0.0
-    ]
-    return f" How the loop is run, and no fault: {', '.join(told)}." if told else ""
+    if shift == 0.0:
+        return ""
+    told = f"{1e3 * abs(shift):.2g} ms {'before' if shift > 0 else 'after'} their stamps"
+    return f" How the log was made, and no fault: efforts act {told}, speeds are those of then."
 
 
 def sentence(

@@ -13,7 +13,7 @@ from gsfdi.reconcile.judge import torque_left, white_left
 from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.parameters import TERM_OF
 from gsfdi.reconcile.reconciliation import Outcome
-from gsfdi.reconcile.ticks import left_by_shifts
+from gsfdi.reconcile.ticks import left_by_shift
 from gsfdi.reconcile.twin import left_by_twin
 from gsfdi.reconcile.verify import left_over
 
@@ -56,7 +56,7 @@ def left_of(case: Case) -> float:
 def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) -> Outcome:
     """Draw the verdict from what was named and what remains."""
     remains, known = (float(np.linalg.norm(t)) / case.stand.scales.torque for t in (case.hand.torque, case.floor))
-    stepped = min(left_by_shifts(case.hand.fitted, case.stand.scales.period), SIMULATED)
+    stepped = min(left_by_shift(case.hand.fitted, case.stand.scales.period), SIMULATED)
     near_noise = remains <= max(NOISY * known, stepped)
     material = remains > MATERIAL and not near_noise
     if not entries:

@@ -25,7 +25,7 @@ def command(model, mode, m, v, states, clock, state, now, held, noise, resolutio
             held = control(model, clock, now, clock[now, at.POSITION], clock[now, at.VELOCITY] / ratio, v)
             held = mapped(at.CURRENT, model, m, states, held)
     elif math.isfinite(clock[now, at.EFFORT]):
-        held = unmapped(at.CURRENT_SENSOR, model, m, states, recorded(clock, now, v[at.SHIFTS, 0]))
+        held = unmapped(at.CURRENT_SENSOR, model, m, states, recorded(clock, now, v[at.SHIFTED, 0]))
         held = mapped(at.CURRENT, model, m, states, held)
     return held
 

@@ -48,13 +48,12 @@ def run(  # type: ignore[no-untyped-def]
 ):
     """Replay one model.
 
-    `start` (1, 5 to 8) and `restarts` (k, 5) hold motion, the integral part and what else `layout` says of a start;
+    `start` (1, 5 to 7) and `restarts` (k, 5) hold motion, the integral part and what else `layout` says of a start;
     `state` and `shown` are filled; what follows them is scratch (see `scratch`).
     """
     v[at.MEMORY, 0], v[at.MEMORY, 2] = 0.0, np.nan
     v[at.FITTED, 0] = v[at.FITTED, 1] = 0.0
-    v[at.SHIFTS, 0] = start[0, at.EARLY] if start.shape[1] > at.EARLY else 0.0
-    v[at.SHIFTS, 1] = start[0, at.OLD] if start.shape[1] > at.OLD else 0.0
+    v[at.SHIFTED, 0] = start[0, at.SHIFT] if start.shape[1] > at.SHIFT else 0.0
     begin(start, 0, m, v, states)
     era, last_era = at.ERA_ROWS, at.ERA_ROWS + (int(model[at.ERAS]) - 1) * at.ERA_WIDTH
     series(model, era, powers)

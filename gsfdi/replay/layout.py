@@ -22,13 +22,13 @@ POSITION, VELOCITY, TEMPERATURE, LEVER, EVENT_WIDTH = range(8, 13)
 INTEGRAL, FLOWING, CORRECTED, STATE_WIDTH = 4, 5, 6, 7
 
 # What a start may hold beyond motion and integral part: how far the bristles are stretched, as a share; by how much the
-# recorded effort acts before its stamp and by how much the speed is older than its stamp [s], a part of a tick.
-STRETCHED, EARLY, OLD = 5, 6, 7
+# recorded effort acts before its stamp and the speed is older than its stamp [s], a part of a tick.
+STRETCHED, SHIFT = 5, 6
 
 # A row of what a sample shows: position, speed, effort, and in the predict modes the innovations.
 SHOWN_EFFORT, INNOVATION, SHOWN_WIDTH = 2, 3, 5
 
 # Rows of the scratch vectors. TORQUES carries factor, motor, output and spring torque from a substep to the next.
-# JUMPED is the sum of what an observer has added to the motion; SHIFTS how early the effort and how old the speed is.
-X, MIDDLE, FREE, TORQUES, SEEN, SENSED, LATE, MEMORY, JUMPED, FITTED, SHIFTS, KEPT = range(12)
+# JUMPED is the sum of what an observer has added to the motion; SHIFTED how early the effort and how old the speed is.
+X, MIDDLE, FREE, TORQUES, SEEN, SENSED, LATE, MEMORY, JUMPED, FITTED, SHIFTED, KEPT = range(12)
 VECTORS = KEPT + 2

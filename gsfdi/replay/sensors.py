@@ -74,9 +74,9 @@ def show(model, mode, m, v, states, clock, now, noise, resolution, gain, state, 
         age, lag = total(at.LATENCY, model, m, states), total(at.SPEED_LATENCY, model, m, states)
         sense_late(model, m, v, states, clock, state, now, age, lag, noise, resolution)
         source = at.LATE
-    if v[at.SHIFTS, 1] != 0.0 and now > 0 and clock[now, at.TIME] > clock[now - 1, at.TIME]:
+    if v[at.SHIFTED, 0] != 0.0 and now > 0 and clock[now, at.TIME] > clock[now - 1, at.TIME]:
         change = (v[at.X, 1] - state[now - 1, at.CORRECTED]) / (clock[now, at.TIME] - clock[now - 1, at.TIME])
-        v[source, 1] -= (1.0 if model[at.RIGID] > 0 else model[at.GEAR]) * v[at.SHIFTS, 1] * change
+        v[source, 1] -= (1.0 if model[at.RIGID] > 0 else model[at.GEAR]) * v[at.SHIFTED, 0] * change
     for i in range(2):
         shown[sample, i] = v[source, i]
         shown[sample, at.INNOVATION + i] = np.nan
