@@ -21,7 +21,7 @@ from gsfdi.reconcile.gaps import beside_lost, jumps
 from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.reconcile.sheet import LawFinding, commanded, hiss, level_of, sheet_of, unrated
-from gsfdi.types import JointRecord, Mask
+from gsfdi.types import Array, JointRecord, Mask
 
 AGED = 0.25
 """Ticks by which a logged speed may lag; of one that lags by more, the lag came out low by a twentieth."""
@@ -88,11 +88,33 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
     the noise of their slopes besides, white as well, and its effort is worse than the recorded one: of fault-free
     joints it made unexplained ones.
     """
-    if model.controller is not None or not all("setpoint" in r for r in records):
+    found = rough_law(records, model) if model.controller is None else None
+    if found is None:
+        return None
+    law, misfits, size = found
+    noise = effort_noise(model) or hiss(misfits)
+    trifle = 0.0 if effort_noise(model) > 0 else SMOOTH * size
+    left = float(np.sqrt(np.mean(np.concatenate(misfits) ** 2)))
+    return law if left <= max(EXACT * noise, trifle) else None
+
+
+def rough_law(records: Sequence[JointRecord], model: JointModel) -> tuple[Controller, list[Array], float] | None:
+    """Fit a law to the recorded effort.
+
+    Returns
+    -------
+    Controller
+        The law; None where it would be none, or where no setpoint is logged.
+    list of (n,) arrays
+        By record, what it leaves of the effort [effort's unit].
+    float
+        Root mean square of the effort about its mean.
+    """
+    if not all("setpoint" in r for r in records):
         return None
     rate = float(1.0 / np.median(np.diff(records[0].t)))
     unit = Controller(1.0, 1.0, 1.0, rate)
-    rows, efforts, blocks = [], [], []
+    rows, blocks = [], []
     for record in records:
         sheet = sheet_of(record, model, unit)
         if sheet is None:
@@ -101,17 +123,13 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
         columns = [sheet.parts["proportional"], sheet.parts["integral"], fast - sheet.parts["derivative"], fast]
         columns = [column[held] for column in columns]
         rows.append(np.column_stack([c - c.mean() for c in columns]))
-        efforts.append((sheet.effort - sheet.parts["feedforward"])[held])
-        blocks.append(efforts[-1] - efforts[-1].mean())
+        effort = (sheet.effort - sheet.parts["feedforward"])[held]
+        blocks.append(effort - effort.mean())
     X, y = np.concatenate(rows), np.concatenate(blocks)
     scale = np.maximum(np.sqrt(np.mean(X**2, axis=0)), 1e-300)
     gains = np.linalg.lstsq(X / scale, y, rcond=1e-9)[0] / scale
-    misfit = y - X @ gains
-    noise = effort_noise(model) or hiss(np.split(misfit, np.cumsum([len(b) for b in blocks])[:-1]))
-    trifle = 0.0 if effort_noise(model) > 0 else SMOOTH * float(np.sqrt(np.mean(y**2)))
-    if float(np.sqrt(np.mean(misfit**2))) > max(EXACT * noise, trifle):
-        return None
     kp, ki, kd, ahead = (float(g) for g in gains)
     if -kd <= 0 or kp <= 0:
         return None
-    return Controller(kp, ki, -kd, rate, ahead / -kd)
+    misfits = np.split(y - X @ gains, np.cumsum([len(b) for b in blocks])[:-1])
+    return Controller(kp, ki, -kd, rate, ahead / -kd), misfits, float(np.sqrt(np.mean(y**2)))

@@ -33,9 +33,9 @@ FULL = 0.95
 FIRST = 0.02
 """Ticks of a shift that matters."""
 LEAST = 8.0
-"""Log-likelihood that a shift must gain, and that a lag or a delay must gain upon a fine one: no fault is by chance."""
+"""Log-likelihood that a shift must gain, and by which a coarse one must be likelier than a lag or a delay."""
 NEARLY = 0.9
-"""Share of what a lag or a delay gains from which a shift is as good, while there is more that is missing."""
+"""Share of what a lag or a delay gains from which a fine shift is as good: the steps themselves are in neither."""
 REST = 0.05
 """Share of the drive's torque, per tick of a shift, that fitting it leaves: it is drawn straight between samples."""
 
@@ -109,11 +109,13 @@ def is_of_one_signal(hand: Round, floor: Array) -> bool:
     if not isinstance(stepped, Started) or not shift:
         return False
     use = TermUse("velocity_lag", {"lag_s": shift}) if shift > 0 else TermUse("actuation_delay", {"delay_s": -shift})
-    model = with_term(replace(stepped, shift=0.0), use)
-    rest = [knob for knob in hand.fitted.knobs if knob.place != SHIFT]
+    bare = replace(stepped, shift=0.0)
+    model, rest = with_term(bare, use), [knob for knob in hand.fitted.knobs if knob.place != SHIFT]
     alone = settle(hand.stand, model, [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)], floor)
-    fine = abs(shift) < FINE * hand.stand.scales.period
-    return likelier(alone, hand) > (LEAST if fine else -LEAST)
+    if abs(shift) > FINE * hand.stand.scales.period:
+        return likelier(alone, hand) > -LEAST
+    neither = settle(hand.stand, bare, rest, floor)
+    return NEARLY * likelier(alone, neither) > max(likelier(hand, neither), LEAST)
 
 
 def shifted_as(hand: Round, other: Round, floor: Array) -> Round:

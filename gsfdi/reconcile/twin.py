@@ -14,6 +14,7 @@ from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
+from gsfdi.reconcile.clean import rough_law
 from gsfdi.reconcile.compete import contend, opening
 from gsfdi.reconcile.contract import settle_contract
 from gsfdi.reconcile.finalists import CHANCE, merit
@@ -74,10 +75,12 @@ def twin_of(stand: Bench, own: JointModel, seed: int = SEED) -> Round | None:
 
     For the arguments see `left_by_twin`.
     """
-    records = []
+    records, looped = [], own
+    if own.controller is None and (found := rough_law(stand.records, own)) is not None:
+        looped = replace(own, controller=found[0])
     for record in stand.records:
         try:
-            shown = simulate_record(own, replay=record, seed=seed)
+            shown = simulate_record(looped, replay=record, seed=seed)
         except UnusableInputError:  # no controller, or one under which this model runs away
             return None
         speeds = ("motor_velocity", "joint_velocity") if stand.lever > 0 else ()
