@@ -12,7 +12,7 @@ from gsfdi.modelfile import load_models
 from gsfdi.proof.cases import Design, draw, scales_of, truth_of, write_files
 from gsfdi.proof.concealment import concealment
 from gsfdi.proof.kinds import KINDS
-from gsfdi.proof.mechanics import TURN
+from gsfdi.proof.mechanics import TURN, stop_by_friction
 from gsfdi.proof.motions import draw as draw_motion
 from gsfdi.proof.world import Effect, Joint, Motion, World, run
 
@@ -84,6 +84,18 @@ def test_friction_holds_a_joint_still() -> None:
     free = run(World(joint, effects=(Effect("coulomb_friction", {"torque_nm": 1.0}, "motor"),)), still, 0, noisy=False)
     assert np.ptp(stuck[:, 4]) == 0.0
     assert np.ptp(free[:, 4]) > 1e-3
+
+
+@pytest.mark.parametrize("before", [0.3, 0.0, -0.9])
+@pytest.mark.parametrize("push", [-5.0, -0.5, 5.0])
+def test_friction_turns_when_the_motion_does_and_not_a_step_earlier(before: float, push: float) -> None:
+    def after(steps: int) -> float:
+        speed, h = before, 1.0 / steps
+        for _ in range(steps):
+            speed = stop_by_friction(speed, speed + h * push, h * 2.0, h * 2.0, False)
+        return speed
+
+    assert after(1) == pytest.approx(after(64), abs=1e-12)
 
 
 def test_smooth_friction_creeps_where_a_sudden_one_holds() -> None:

@@ -9,10 +9,11 @@ from joints import MODEL, ramping, without_speed
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
-from gsfdi.reconcile.bench import shared_noise
-from gsfdi.reconcile.clean import learn_law
+from gsfdi.reconcile.bench import bench, shared_noise
+from gsfdi.reconcile.clean import learn_law, rough_law
 from gsfdi.reconcile.contract import settle_contract
 from gsfdi.reconcile.noise import effort_floor, surprise
+from gsfdi.reconcile.twin import twin_of
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
 
@@ -89,6 +90,20 @@ def test_no_law_is_read_off_noisy_slopes(seed: int) -> None:
     unknown = replace(MODEL, controller=None)
     assert learn_law([unseen(MODEL, seed)], unknown) is None
     assert learn_law([simulate_record(MODEL, seed=seed, duration=60.0)], unknown) is not None
+
+
+def test_a_joint_without_a_law_has_a_twin_under_one_that_is_roughly_its_own() -> None:
+    law, unknown = MODEL.controller, replace(MODEL, controller=None)
+    assert law is not None
+    found = rough_law([unseen(MODEL)], unknown)
+    assert found is not None
+    assert found[0].proportional == pytest.approx(law.proportional, rel=0.15)
+    stand = bench([unseen(MODEL)], unknown)
+    hand = twin_of(stand, unknown)
+    assert hand is not None
+    assert np.std(hand.stand.records[0]["position"]) == pytest.approx(np.std(stand.records[0]["position"]), rel=0.02)
+    silent = replace(stand.records[0], channels={k: v for k, v in unseen(MODEL).channels.items() if k != "setpoint"})
+    assert twin_of(bench([silent], unknown), unknown) is None
 
 
 @pytest.mark.parametrize(("bias", "within"), [(2e-3, 0.2), (2e-2, 0.01)])

@@ -90,8 +90,16 @@ def turn_by_friction(v: float, impulse: float) -> float:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def stop_by_friction(v: float, impulse_up: float, impulse_down: float, smooth: bool) -> float:
-    """Speed left after dry friction has taken at most its impulse (per inertia) in either direction of motion."""
+def stop_by_friction(before: float, v: float, impulse_up: float, impulse_down: float, smooth: bool) -> float:
+    """Speed left after dry friction has taken at most its impulse (per inertia) in either direction of motion.
+
+    It turns when the motion does, within the step that led from `before` to `v`: turned with the step it would take up
+    to twice its impulse too much at each reversal, which two hundred of them show as a friction that nobody put there.
+    """
+    slowed = v - math.copysign(impulse_up if before > 0.0 else impulse_down, before)
+    if before * slowed < 0.0:
+        rest = slowed / (slowed - before)
+        v, impulse_up, impulse_down = rest * (v - before), rest * impulse_up, rest * impulse_down
     if smooth and min(impulse_up, impulse_down) > 0.0:
         left: float = turn_by_friction(v, impulse_up if v > 0.0 else impulse_down)
         return left
@@ -225,7 +233,7 @@ def coast(s: Array, h: float) -> None:
 def kick_rigid(s: Array, h: float, j: float, force: float, d: float, up: float, down: float, smooth: bool) -> None:
     """Change the speed of the joint that is one body."""
     v = ((j - 0.5 * h * d) * s[VM] + h * force) / (j + 0.5 * h * d)
-    s[VM] = stop_by_friction(v, h * up / j, h * down / j, smooth)
+    s[VM] = stop_by_friction(s[VM], v, h * up / j, h * down / j, smooth)
     s[VL] = s[VM]
 
 
@@ -282,6 +290,6 @@ def move(
         kick_rigid(s, h, jl + jm, fm + fl, dm + dl, up_m + up_l, down_m + down_l, smooth)
     else:
         vm, vl = kick_flexible(s, h, jm, jl, fm, fl, dm, dl, p[GEAR_DAMPING, 0])
-        s[VM] = stop_by_friction(vm, h * up_m / jm, h * down_m / jm, smooth)
-        s[VL] = stop_by_friction(vl, h * up_l / jl, h * down_l / jl, smooth)
+        s[VM] = stop_by_friction(s[VM], vm, h * up_m / jm, h * down_m / jm, smooth)
+        s[VL] = stop_by_friction(s[VL], vl, h * up_l / jl, h * down_l / jl, smooth)
     coast(s, h)
