@@ -93,16 +93,17 @@ def turn_by_friction(v: float, impulse: float) -> float:
 def stop_by_friction(before: float, v: float, impulse_up: float, impulse_down: float, smooth: bool) -> float:
     """Speed left after dry friction has taken at most its impulse (per inertia) in either direction of motion.
 
-    It turns when the motion does, within the step that led from `before` to `v`: turned with the step it would take up
-    to twice its impulse too much at each reversal, which two hundred of them show as a friction that nobody put there.
+    A sudden one turns when the motion does, within the step that led from `before` to `v`: turned with the step it
+    would take up to twice its impulse too much at each reversal, which two hundred of them show as a friction that
+    nobody put there.
     """
+    if smooth and min(impulse_up, impulse_down) > 0.0:
+        left: float = turn_by_friction(v, impulse_up if v > 0.0 else impulse_down)
+        return left
     slowed = v - math.copysign(impulse_up if before > 0.0 else impulse_down, before)
     if before * slowed < 0.0:
         rest = slowed / (slowed - before)
         v, impulse_up, impulse_down = rest * (v - before), rest * impulse_up, rest * impulse_down
-    if smooth and min(impulse_up, impulse_down) > 0.0:
-        left: float = turn_by_friction(v, impulse_up if v > 0.0 else impulse_down)
-        return left
     if v > impulse_up:
         return v - impulse_up
     if v < -impulse_down:
