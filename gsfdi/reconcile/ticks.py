@@ -22,20 +22,18 @@ from gsfdi.types import Array
 
 CLOCKS = {"actuation_delay", "velocity_lag"}
 """Terms that shift one signal alone in time."""
-STEP = 0.55
-"""Ticks up to which a shift may go where a speed is logged: nobody steps more coarsely than once a tick."""
-EARLY, LATE = 0.15, 0.1
-"""The same of an effort that acts early or late where no speed is logged, so that it may as well be a delay."""
-FINE = 0.15
-"""Ticks from which a shift is rather a filter's or a drive's than a simulator's, where the data do not say."""
+PART = 0.15
+"""Ticks up to which a shift may be a simulator's; an arm of which it is 0.16 has a filter, whatever its efforts do."""
+LATE = 0.1
+"""The same of an effort that acts late where no speed is logged, so that it may as well be a delay."""
 FULL = 0.95
 """Share of these from which a fitted shift is taken to be a longer one that was cut off."""
 FIRST = 0.02
 """Ticks of a shift that matters."""
 LEAST = 8.0
-"""Log-likelihood that a shift must gain, and by which a coarse one must be likelier than a lag or a delay."""
+"""Log-likelihood that a shift must gain, and by which a lag or a delay must be likelier than neither."""
 NEARLY = 0.9
-"""Share of what a lag or a delay gains from which a fine shift is as good: the steps themselves are in neither."""
+"""Share of what a lag or a delay gains from which a shift is as good: the steps themselves are in neither."""
 REST = 0.05
 """Share of the drive's torque, per tick of a shift, that fitting it leaves: it is drawn straight between samples."""
 
@@ -76,7 +74,7 @@ def shifted(hand: Round, floor: Array) -> Round:
 
 def shift_knob(hand: Round) -> Knob:
     """Knob of the shift, in the bounds in which it is none of anything else."""
-    low, high = (-STEP, STEP) if 1 in hand.stand.system.rows else (-LATE, EARLY)
+    low, high = (-PART if 1 in hand.stand.system.rows else -LATE, PART)
     period = hand.stand.scales.period
     return Knob(SHIFT, "shift", FIRST * period, low * period, high * period, is_size=False)
 
@@ -112,8 +110,6 @@ def is_of_one_signal(hand: Round, floor: Array) -> bool:
     bare = replace(stepped, shift=0.0)
     model, rest = with_term(bare, use), [knob for knob in hand.fitted.knobs if knob.place != SHIFT]
     alone = settle(hand.stand, model, [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)], floor)
-    if abs(shift) > FINE * hand.stand.scales.period:
-        return likelier(alone, hand) > -LEAST
     neither = settle(hand.stand, bare, rest, floor)
     return NEARLY * likelier(alone, neither) > max(likelier(hand, neither), LEAST)
 
