@@ -7,8 +7,8 @@ them. So the one number is fitted beside those of the plant and has no name.
 
 Both shifts are one: of joints in steps of a fifth, a tenth and a twentieth of a tick they were fitted apart, and came
 out within 2 % of each other where no friction was missing, of half a step. A speed alone that is old has a filter, an
-effort alone that is late has a delay, however little; a tolerance for either apart, of a seventh of a tick, left three
-of four true lags of less than that without their name.
+effort alone that is late has a delay, however little; a tolerance for either apart, of a seventh of a tick, left all of
+four joints whose speed lags by less than that without its name.
 """
 
 from dataclasses import replace

@@ -73,7 +73,8 @@ def is_imitated(first: Round, nominal: JointModel, winner: Entry, term: PhysicsT
 def twin_of(stand: Bench, own: JointModel, seed: int = SEED) -> Round | None:
     """Simulate a model on the recorded motion, and fit its parameters as those of the recording were.
 
-    For the arguments see `left_by_twin`.
+    A model without a controller follows its setpoint under a law that is read off the recorded effort, roughly. For
+    the arguments see `left_by_twin`.
     """
     records, looped = [], own
     if own.controller is None and (found := rough_law(stand.records, own)) is not None:
@@ -81,7 +82,7 @@ def twin_of(stand: Bench, own: JointModel, seed: int = SEED) -> Round | None:
     for record in stand.records:
         try:
             shown = simulate_record(looped, replay=record, seed=seed)
-        except UnusableInputError:  # no controller, or one under which this model runs away
+        except UnusableInputError:  # no controller nor setpoint, or a law under which this model runs away
             return None
         speeds = ("motor_velocity", "joint_velocity") if stand.lever > 0 else ()
         kept = {k: shown[k] for k in shown.channels if k in record.channels and k not in speeds}
