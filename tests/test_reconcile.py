@@ -126,6 +126,16 @@ def test_a_second_effect_is_named_beside_one_that_is_a_hundred_times_as_large() 
     assert {entry["term"] for entry in answer.omitted_physics} == {"constant_load", "gearbox_damping"}
 
 
+@pytest.mark.parametrize("order", [43.3, 81.7, 333.3, 1111.1])
+def test_a_wave_along_a_travel_is_found_whatever_its_pitch(order: float) -> None:
+    slide = replace(NOMINAL, axis="linear")
+    wave = TermUse("cogging", {"amplitude_nm": 0.3, "order": order, "phase_rad": 0.7})
+    answer = reconcile([simulate_record(replace(slide, physics=(wave,)), seed=1, duration=30.0)], slide)
+    (entry,) = answer.omitted_physics
+    assert entry["term"] == "cogging"
+    assert entry["parameters"]["order"]["value"] == pytest.approx(order, abs=0.05)
+
+
 def entered(term: str, onset: float | None, linear: float) -> Entry:
     """One that regression promises so much."""
     return Entry(Offer(term, None, ({"torque_nm": 1.0},), lambda c: None), onset, np.ones(1), linear)

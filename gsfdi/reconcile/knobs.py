@@ -81,7 +81,7 @@ def plausible(stand: Bench, term: PhysicsTerm, param: Param, value: float) -> tu
     if param.plausible is not None:
         return param.plausible(stand.scales, value)
     if param is term.order:
-        off = ORDER_OFF * value if stand.model.axis == "rotary" else TRAVEL_OFF
+        off = ORDER_OFF * value if stand.model.axis == "rotary" else TRAVEL_OFF / _turns(stand, term)
         return max(FIRST, value - off), value + off
     return (-ROUND, ROUND) if param.kind == "angle" else (-np.inf, np.inf)
 
@@ -89,8 +89,8 @@ def plausible(stand: Bench, term: PhysicsTerm, param: Param, value: float) -> tu
 ORDER_OFF = 0.01
 """Share by which a whole order may seem off, as that of a wave which repeats with each turn of a magnet or a disc: as
 much as the gear ratio in the model may."""
-TRAVEL_OFF = 0.4
-"""How far an order may be off along a travel, where nothing says that it is whole."""
+TRAVEL_OFF = 0.6
+"""Waves of a travel by which an order may be off, where nothing says that it is whole; a grid has no wider gaps."""
 FIRST = 0.7
 """Least order of a wave: a slower one is what a weight or a cable does, too."""
 ROUND = 20.0

@@ -21,6 +21,9 @@ AT_ONCE = 4
 LEAST_WAVES = 0.75
 """Waves of a motor that must lie within the motion: a smaller part of one is what a weight or a cable does, too."""
 
+ALONG = np.concatenate([np.geomspace(1.0, 12.0, 32), np.arange(13.0, 46.0)])
+"""Waves per travel to try on a linear drive, of which nothing says that they are whole: no more than one apart."""
+
 
 def worthy_orders(hand: Round, most: int = MOST) -> Mapping[str, tuple[float, ...]]:
     """Orders to try for every term that is a wave; the best `most` of each."""
@@ -61,7 +64,7 @@ def _grid(stand: Bench, on_joint: bool) -> Array:
     turns = 1.0 if on_joint else stand.model.plant.gear_ratio
     fastest = np.pi / stand.scales.period / max(stand.scales.speed * turns, 1e-12)
     if stand.model.axis == "linear":
-        return np.geomspace(1.0, 100.0, 60) * np.pi / (stand.scales.reach * turns)
+        return ALONG * np.pi / (stand.scales.reach * turns)
     first = 1.0 if on_joint else max(1.0, np.ceil(LEAST_WAVES * np.pi / (stand.scales.reach * turns)))
     return np.arange(first, max(first + 1.0, min(100.0, 0.9 * fastest)) + 1.0)
 

@@ -31,7 +31,7 @@ TERM = PhysicsTerm(
             neutral=0.0,
             linear=True,
         ),
-        Param("order", "1/rev", "periods per motor revolution", start=12.0, low=0.05, high=500.0, typical=12.0),
+        Param("order", "1/rev", "periods per motor revolution", start=12.0, low=0.05, high=5000.0, typical=12.0),
         Param(
             "phase_rad",
             "rad",

@@ -32,7 +32,7 @@ TERM = PhysicsTerm(
             linear=True,
             plausible=lambda s, amplitude: (0.0, 0.6),
         ),
-        Param("order", "1/rev", "periods per motor revolution", start=6.0, low=0.05, high=500.0, typical=6.0),
+        Param("order", "1/rev", "periods per motor revolution", start=6.0, low=0.05, high=5000.0, typical=6.0),
         Param(
             "phase_rad",
             "rad",
