@@ -140,7 +140,7 @@ def from_below(hand: Round, floor: Array) -> Round:
 def _in_turns(
     stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array, turns: Sequence[bool]
 ) -> Round:
-    """Fit under a noise near `near` and estimate it anew, in turns that are finer or not."""
+    """Fit under a noise near `near` and estimate it anew, in turns that are finer or not, until a finer one holds."""
     for finer in turns:
         stand = stand.rebased(near, model)
         fitted = fit_knobs(misfit_under(stand, stand.whiteners(near)), model, knobs, 5, tolerance=ROUGHLY)
@@ -148,6 +148,8 @@ def _in_turns(
         innovations = [e[0] for e in stand.innovations([model])]
         near = process_noise(stand, innovations, floor, near if finer else None)
         known = fitted.jacobian if np.array_equal(before, near) else None
+        if finer and known is not None:
+            break
     stand = stand.rebased(near, model)
     tools = stand.whiteners(near)
     hand = lay_out(stand, tools, fit_knobs(misfit_under(stand, tools), model, knobs, 8, known))
