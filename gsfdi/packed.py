@@ -159,7 +159,8 @@ def pack(model: JointModel, finer: int = 1) -> Array:
     )
     rigid = model.structure == "rigid"
     slow = TURNING * max((use.values.get(SMOOTH.name, 0.0) for use in model.physics), default=0.0)
-    head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, slow, len(eras)]
+    play = any(slot == layout.WINDUP and not term_of(use).wave for slot, use in chosen)  # a wave has none
+    head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, slow, play, len(eras)]
     first = [bisect_left(slots, slot) for slot in range(layout.SLOTS + 1)]
     return np.concatenate([head, first, np.ravel(eras), rows.ravel()], dtype=np.float64)
 

@@ -28,8 +28,7 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
     if span <= 0.0:
         return
     turns = model[at.SLOW] > 0 or (
-        model[at.RIGID] == 0
-        and (any_in(at.MOTOR_DRY, model) or any_in(at.OUTPUT_DRY, model) or any_in(at.WINDUP, model))
+        model[at.RIGID] == 0 and (any_in(at.MOTOR_DRY, model) or any_in(at.OUTPUT_DRY, model) or model[at.PLAY] > 0)
     )
     delayed = any_in(at.DELAY, model)  # the delayed effort changes within the span: its mean over a part of it acts
     if model[at.WAVE] > 0 or abs(span - v[at.FITTED, 1]) > 1e-8 * span:  # stamps in float64 differ by less
@@ -162,7 +161,7 @@ def passes(before, after, reach):  # type: ignore[no-untyped-def]
 @compiled
 def is_loose(model, m, v, states, time):  # type: ignore[no-untyped-def]
     """Whether the gearbox is within its play, where the spring's deflection is exactly zero."""
-    if not any_in(at.WINDUP, model):
+    if model[at.PLAY] == 0:
         return False
     see(model, m, v, at.X, time)
     return mapped(at.WINDUP, model, m, states, v[at.X, 2]) == 0.0

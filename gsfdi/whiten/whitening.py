@@ -89,6 +89,7 @@ def _gains(Ad, Q, C, R, common, P0, steps, present, push, shake):  # type: ignor
     n, nx, p = steps.size, Ad.shape[0], C.shape[0]
     K, W, logdet = np.zeros((n, nx, p)), np.zeros((n, p, p)), np.zeros(n)
     P, left, PC, work = P0.copy(), np.zeros((nx, nx)), np.zeros((nx, p)), np.zeros((nx, nx))
+    beside, tells_ahead = np.zeros(p), np.any(common)
     settled, before = 0, np.inf
     # of what a sample leaves unknown of the state, it knows the drive's noise to hold that much
     apart = Ad - common @ C
@@ -118,12 +119,27 @@ def _gains(Ad, Q, C, R, common, P0, steps, present, push, shake):  # type: ignor
             for b in range(nx):
                 for i in range(p):
                     P[a, b] += K[k, a, i] * R[i, i] * K[k, b, i]
-        K[k] += ahead - ahead @ (C @ K[k])
+        if tells_ahead:
+            _look_ahead(ahead, C, K[k], beside)
         if abs(logdet[k] - before) < CALM and k % 50 == 0:
             settled += 1
         if k % 50 == 0:
             before = logdet[k]
     return K, W, logdet
+
+
+@numba.njit(cache=True)
+def _look_ahead(ahead, C, K, left):  # type: ignore[no-untyped-def]
+    """Add to the gain K what a sample tells of the drive's noise until the next, ``ahead (1 - C K)``."""
+    n, p = K.shape
+    for j in range(p):
+        for i in range(p):
+            left[i] = 1.0 if i == j else 0.0
+            for b in range(n):
+                left[i] -= C[i, b] * K[b, j]
+        for a in range(n):
+            for i in range(p):
+                K[a, j] += ahead[a, i] * left[i]
 
 
 @numba.njit(cache=True)
@@ -154,21 +170,20 @@ def _weigh(P, C, R, PC, W):  # type: ignore[no-untyped-def]
             for c in range(n):
                 total += P[a, c] * C[i, c]
             PC[a, i] = total
-    S = np.zeros(3)  # first variance, covariance, second variance
-    for i in range(p):
-        for j in range(i + 1):
-            total = R[i, i] if i == j else 0.0
-            for a in range(n):
-                total += C[i, a] * PC[a, j]
-            S[i + j] = total
-    W[0, 0] = S[0] ** -0.5
+    first, last = R[0, 0], R[p - 1, p - 1]
+    shared = 0.0
+    for a in range(n):
+        first += C[0, a] * PC[a, 0]
+        last += C[p - 1, a] * PC[a, p - 1]
+        shared += C[p - 1, a] * PC[a, 0]
+    W[0, 0] = 1.0 / np.sqrt(first)
     if p == 1:
-        return float(np.log(S[0]))
-    beside = S[1] * W[0, 0]
-    rest = S[2] - beside**2
-    W[1, 1] = rest**-0.5
+        return np.log(first)
+    beside = shared * W[0, 0]
+    rest = last - beside**2
+    W[1, 1] = 1.0 / np.sqrt(rest)
     W[1, 0] = -beside * W[0, 0] * W[1, 1]
-    return float(np.log(S[0]) + np.log(rest))
+    return np.log(first * rest)
 
 
 @numba.njit(cache=True)
