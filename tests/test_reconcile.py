@@ -22,7 +22,7 @@ from gsfdi.reconcile.dating import middle
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
 from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
-from gsfdi.reconcile.judge import Name, Rival, alike, is_nothing
+from gsfdi.reconcile.judge import Name, Rival, alike, contest_of, is_nothing
 from gsfdi.reconcile.lagging import kinematic_lag
 from gsfdi.reconcile.law import check_law, densest, is_no_plateau
 from gsfdi.reconcile.offer import SHARE, Offer
@@ -322,6 +322,12 @@ def test_what_the_library_lacks_is_not_explained_away() -> None:
         [recorded(replace(NOMINAL, physics=(TermUse("cogging", COGGING),)))], NOMINAL, without=["cogging"]
     )
     assert answer.verdict in ("unexplained", "partly_explained")
+
+
+def test_a_term_that_was_offered_and_never_refitted_is_held_against_the_others() -> None:
+    contests = [Contest((entered(term, None, 5.0),), None, 1) for term in ("cogging", "constant_load")]
+    assert contest_of(TermUse("constant_load", {"torque_nm": 1.0}), contests) is contests[1]
+    assert contest_of(TermUse("backlash", {"half_width_rad": 1e-4}), contests) is None
 
 
 def test_twins_are_listed_as_twins() -> None:

@@ -131,7 +131,7 @@ def names(
     swaps, former = 0, dict[tuple[str, str | None], TermUse]()
     while place < len(hand.fitted.model.physics):
         use = hand.fitted.model.physics[place]
-        contest = _contest_of(use, contests)
+        contest = contest_of(use, contests)
         gain = max(without(hand, place).cost - hand.fitted.cost, 0.0)
         rows = rivals(hand, place, given, contest, shelf_terms, gain, former) if contest is not None else []
         temper = inflation(hand) + ALIKE * gain
@@ -210,10 +210,14 @@ def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) ->
     return float(np.log(odds))
 
 
-def _contest_of(use: TermUse, contests: Sequence[Contest]) -> Contest | None:
-    for contest in contests:
-        if any(e.fitted is not None and (e.offer.term, e.offer.side) == (use.term, use.side) for e in contest.entries):
-            return contest
+def contest_of(use: TermUse, contests: Sequence[Contest]) -> Contest | None:
+    """Contest in which a term was a finalist; of one that took the place of a like, where it was offered."""
+    for only_finalists in (True, False):
+        for contest in contests:
+            for entry in contest.entries:
+                is_it = (entry.offer.term, entry.offer.side) == (use.term, use.side)
+                if is_it and (entry.fitted is not None or not only_finalists):
+                    return contest
     return None
 
 
