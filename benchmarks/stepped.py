@@ -1,10 +1,12 @@
 """Reconcile joints as a plain simulator would make them: small Euler steps, textbook laws, sums by rectangles.
 
-``python benchmarks/stepped.py [--steps 100] [--share 0.1] [--first 100] [--without speed] [--jobs 2]`` prints a line an
-effect: what was left out, what was named. The joint is that of ``configs/era_joint.toml`` with inertias and spring a
-few per cent off; every step moves the speeds first and the angles with them, `steps` of them a tick, so that the log
-has shifts of time of half a step; the controller counts its newest error at once. Dry friction turns round as
-tanh(v / 2e-4 rad/s). Shares no code with gsfdi's simulator, nor with that of the proof.
+``python benchmarks/stepped.py [--steps 100] [--exact] [--ramps] [--share 0.1] [--first 100] [--without CHANNEL]``
+
+Prints a line an effect: what was left out, what was named. The joint is that of ``configs/era_joint.toml`` with
+inertias and spring a few per cent off; every step moves the speeds first and the angles with them, `steps` of them a
+tick, so that the log has shifts of time of half a step (``--exact`` takes steps that leave none); the controller counts
+its newest error at once. Dry friction turns round as tanh(v / 2e-4 rad/s). Shares no code with gsfdi's simulator, nor
+with that of the proof.
 """
 
 import argparse
@@ -64,50 +66,74 @@ EFFECTS = {
 
 
 @numba.njit
-def stepped(r, rate, e, size, steps, noise, joint, law, out):  # type: ignore[no-untyped-def]
-    """Write position, motor speed and current of the joint; `size` is torque, speed, wind-up, current, reach."""
+def rates(y, i, t, e, size, joint, out):  # type: ignore[no-untyped-def]
+    """Write the rates of the state: angle and speed of motor, link and appendage, and the bristle's stretch."""
     jm, jl, k, d, turns, kt = joint
     force, fast, windup, amperes, reach = size
-    h = TICK / steps
-    xm = xl = xa = r[0]
-    vm = vl = va = swept = z = 0.0
+    xm, vm, xl, vl, xa, va, z = y
+    gain = turns * kt * (1 - e[0]) * (1 - e[1] * max(t - 30.0, 0.0) / 60.0)
+    if e[4] > 0:
+        x = abs(i) * math.sqrt(3 * e[4]) / amperes
+        gain *= math.tanh(x) / x if x > 1e-6 else 1.0
+    phi = turns * xm
+    dry, dry_out, x = math.tanh(vm / TURN), math.tanh(vl / TURN), vm / fast
+    wave = 0.1 * e[20] * windup * math.sin(2 * phi)
+    lever = 1 - 0.2 * e[20] * windup * turns * math.cos(2 * phi)
+    bent = xm - xl - wave
+    bent = math.copysign(max(abs(bent) - e[17] * windup, 0.0), bent)
+    pull = k * (1 - e[15]) * bent + e[16] * k * bent**3 / windup**2
+    out[6] = vm - vl - abs(vm - vl) * z / (0.3 * windup) if e[18] > 0 else 0.0
+    pull += e[18] * force * z / (0.3 * windup) + e[19] * force * (vm - vl) / (2 * windup)
+    drag = e[6] * dry + e[8] * x + e[10] * math.exp(-((x / 0.15) ** 2)) * dry
+    drag += e[11] * (0.5 * abs(dry) + 0.5 * abs(x)) + e[14] * x * abs(x)
+    drag += e[13] * math.exp(-0.5 * ((xl / reach - 0.3) / 0.15) ** 2) * dry
+    drive = gain * i * (1 + e[2] * math.sin(phi)) - e[3] * force * math.sin(6 * phi)
+    held = e[7] * dry_out + e[9] * vl / fast + 3 * e[22] * math.sin(xl + 0.5) + e[23] * (xl / reach - 0.3) + e[25]
+    load = d * vl + force * (held + 20 * e[26] * max(xl / reach - 0.9, 0.0))
+    tug = 121.0 * (xl - xa) + 0.44 * (vl - va)  # at 1.75 Hz, damped by 0.02
+    load += e[24] * jl * tug
+    out[0], out[2], out[4] = vm, vl, va
+    out[1] = (drive - force * drag - e[12] * abs(pull) * dry - lever * pull) / (jm * (1 + e[5]))
+    out[3] = (pull - load) / (jl * (1 + e[21]))
+    out[5] = tug
+
+
+@numba.njit
+def by_euler(y, i, t, h, e, size, joint, slope):  # type: ignore[no-untyped-def]
+    """Step the speeds, then the angles with them."""
+    rates(y, i, t, e, size, joint, slope[0])
+    for j in (1, 3, 5, 6):
+        y[j] += h * slope[0, j]
+    for j in (0, 2, 4):
+        y[j] += h * y[j + 1]
+
+
+@numba.njit
+def by_runge_kutta(y, i, t, h, e, size, joint, slope):  # type: ignore[no-untyped-def]
+    """Step everything by the classic rule of four."""
+    rates(y, i, t, e, size, joint, slope[0])
+    for n, part in ((1, 0.5), (2, 0.5), (3, 1.0)):
+        rates(y + part * h * slope[n - 1], i, t, e, size, joint, slope[n])
+    y += h / 6 * (slope[0] + 2 * slope[1] + 2 * slope[2] + slope[3])
+
+
+@numba.njit
+def stepped(r, rate, e, size, steps, exact, noise, joint, law, out):  # type: ignore[no-untyped-def]
+    """Write position, motor speed and current of the joint; `size` is torque, speed, wind-up, current, reach."""
+    turns, swept, h = joint[4], 0.0, TICK / steps
+    y, slope = np.zeros(7), np.zeros((4, 7))
+    y[0] = y[2] = y[4] = r[0]
     for n in range(len(r)):
-        shown = round((xl + noise[n, 0]) / 1e-6) * 1e-6
-        turning = turns * vm + noise[n, 1]
+        shown = round((y[2] + noise[n, 0]) / 1e-6) * 1e-6
+        turning = turns * y[1] + noise[n, 1]
         swept += (r[n] - shown) * TICK
         i = law[0] * (r[n] - shown) + law[1] * swept + law[2] * (rate[n] - turning / turns)
         out[n, 0], out[n, 1], out[n, 2] = shown, turning, i + noise[n, 2]
-        gain = turns * kt * (1 - e[0]) * (1 - e[1] * max(n * TICK - 30.0, 0.0) / 60.0)
-        if e[4] > 0:
-            x = abs(i) * math.sqrt(3 * e[4]) / amperes
-            gain *= math.tanh(x) / x if x > 1e-6 else 1.0
         for _ in range(steps):
-            phi = turns * xm
-            dry, dry_out, x = math.tanh(vm / TURN), math.tanh(vl / TURN), vm / fast
-            wave = 0.1 * e[20] * windup * math.sin(2 * phi)
-            lever = 1 - 0.2 * e[20] * windup * turns * math.cos(2 * phi)
-            bent = xm - xl - wave
-            bent = math.copysign(max(abs(bent) - e[17] * windup, 0.0), bent)
-            pull = k * (1 - e[15]) * bent + e[16] * k * bent**3 / windup**2
-            z += h * (vm - vl - abs(vm - vl) * z / (0.3 * windup)) if e[18] > 0 else 0.0
-            pull += e[18] * force * z / (0.3 * windup) + e[19] * force * (vm - vl) / (2 * windup)
-            drag = e[6] * dry + e[8] * x + e[10] * math.exp(-((x / 0.15) ** 2)) * dry
-            drag += e[11] * (0.5 * abs(dry) + 0.5 * abs(x)) + e[14] * x * abs(x)
-            drag += e[13] * math.exp(-0.5 * ((xl / reach - 0.3) / 0.15) ** 2) * dry
-            drive = gain * i * (1 + e[2] * math.sin(phi)) - e[3] * force * math.sin(6 * phi)
-            held = (
-                e[7] * dry_out + e[9] * vl / fast + 3 * e[22] * math.sin(xl + 0.5) + e[23] * (xl / reach - 0.3) + e[25]
-            )
-            held += 20 * e[26] * max(xl / reach - 0.9, 0.0)
-            load = d * vl + force * held
-            if e[24] > 0:
-                tug = 121.0 * (xl - xa) + 0.44 * (vl - va)  # at 1.75 Hz, damped by 0.02
-                load += e[24] * jl * tug
-                va += h * tug
-                xa += h * va
-            vm += h * (drive - force * drag - e[12] * abs(pull) * dry - lever * pull) / (jm * (1 + e[5]))
-            vl += h * (pull - load) / (jl * (1 + e[21]))
-            xm, xl = xm + h * vm, xl + h * vl
+            if exact:
+                by_runge_kutta(y, i, n * TICK, h, e, size, joint, slope)
+            else:
+                by_euler(y, i, n * TICK, h, e, size, joint, slope)
 
 
 def setpoint(rng: np.random.Generator, swings: bool) -> Array:
@@ -129,15 +155,31 @@ def setpoint(rng: np.random.Generator, swings: bool) -> Array:
     return r
 
 
+def ramps(rng: np.random.Generator) -> Array:
+    """Strokes whose speed rises, holds and falls in straight lines, with rests between them."""
+    speed, at, place = np.zeros(round(SECONDS / TICK)), 100, 0.0
+    while at < len(speed) - 200:
+        way, fast, rise = rng.uniform(-0.5, 0.5) - place, rng.uniform(0.02, 0.06), rng.uniform(0.02, 0.05)
+        fast = min(fast, math.sqrt(abs(way) * rise))
+        t = np.arange(0.0, abs(way) / fast + fast / rise, TICK)
+        stroke = np.clip(np.minimum(rise * t, rise * (t[-1] + TICK - t)), 0.0, fast)[: len(speed) - at]
+        speed[at : at + len(stroke)] = math.copysign(1.0, way) * stroke
+        place += math.copysign(1.0, way) * float(stroke.sum()) * TICK
+        at += len(stroke) + int(rng.uniform(0.5, 3.0) / TICK)
+    return np.asarray(np.cumsum(speed) * TICK)
+
+
 @dataclass(frozen=True, slots=True)
 class Job:
-    """An effect, its share, the seed of its joint, the steps of a tick, and whether a speed is logged."""
+    """An effect, its share, a joint's seed, the steps of a tick and their rule, the motion, and what is not logged."""
 
     effect: str
     share: float
     seed: int
     steps: int
-    speed: bool
+    exact: bool
+    ramps: bool
+    unlogged: str | None
 
 
 def recorded(job: Job, model: JointModel) -> JointRecord:
@@ -145,7 +187,7 @@ def recorded(job: Job, model: JointModel) -> JointRecord:
     law, plant = model.controller, model.plant
     assert isinstance(law, Controller)
     rng = np.random.default_rng(job.seed)
-    r = setpoint(rng, job.seed % 2 == 0)
+    r = ramps(rng) if job.ramps else setpoint(rng, job.seed % 2 == 0)
     rate, turns = np.gradient(r, TICK), plant.gear_ratio
     off = 1 + np.array([0.02, 0.03, 0.03]) * rng.standard_normal(3)
     nominal = (plant.motor_inertia * turns**2, plant.output_inertia, plant.stiffness)
@@ -153,16 +195,17 @@ def recorded(job: Job, model: JointModel) -> JointRecord:
     gains = (law.proportional, law.integral, law.derivative)
     noise = rng.standard_normal((len(r), 3)) * [4e-6, 2e-3, 2e-4]
     plain, out, none = np.empty((len(r), 3)), np.empty((len(r), 3)), np.zeros(len(NUMBERS))
-    stepped(r, rate, none, (1.0, 1.0, 1.0, 1.0, 1.0), job.steps, 0 * noise, joint, gains, plain)
+    stepped(r, rate, none, (1.0, 1.0, 1.0, 1.0, 1.0), job.steps, job.exact, 0 * noise, joint, gains, plain)
     torque, speed = turns * plant.torque_constant * plain[:, 2], plain[:, 1] / turns
     windup = np.abs(torque - joint[0] * np.gradient(speed, TICK)).max() / joint[2]
     sizes = (np.sqrt(np.mean(torque**2)), np.abs(speed).max(), windup, np.abs(plain[:, 2]).max(), 0.5 * np.ptp(r))
     effect = none.copy()
     if name := EFFECTS[job.effect]:
         effect[AT[name]] = job.share
-    stepped(r, rate, effect, sizes, job.steps, noise, joint, gains, out)
+    stepped(r, rate, effect, sizes, job.steps, job.exact, noise, joint, gains, out)
     channels = {"setpoint": r, "setpoint_rate": rate, "position": out[:, 0], "motor_current": out[:, 2]}
-    channels |= {"motor_velocity": out[:, 1]} if job.speed else {}
+    channels = {"motor_velocity": out[:, 1], **channels}
+    channels.pop(job.unlogged, None)
     return JointRecord("stepped", model.name, 0, TICK * np.arange(len(r)), channels, source="stepped")
 
 
@@ -187,11 +230,14 @@ def main() -> None:
     asked.add_argument("--steps", type=int, default=100, help="Euler steps per tick of 10 ms")
     asked.add_argument("--share", type=float, default=0.1, help="size of the effects")
     asked.add_argument("--first", type=int, default=100, help="seed of the first joint")
-    asked.add_argument("--without", choices=["speed"], help="what nobody logs")
+    asked.add_argument("--exact", action="store_true", help="Runge and Kutta's steps in place of Euler's")
+    asked.add_argument("--ramps", action="store_true", help="move at speeds that rise and fall in straight lines")
+    asked.add_argument("--without", choices=["motor_velocity", "setpoint_rate"], help="what nobody logs")
     asked.add_argument("--jobs", type=int, default=2)
     call = asked.parse_args()
     jobs = [
-        Job(effect, call.share, call.first + i, call.steps, call.without != "speed") for i, effect in enumerate(EFFECTS)
+        Job(effect, call.share, call.first + i, call.steps, call.exact, call.ramps, call.without)
+        for i, effect in enumerate(EFFECTS)
     ]
     with ProcessPoolExecutor(call.jobs) as pool:
         found = []
