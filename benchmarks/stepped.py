@@ -203,9 +203,8 @@ def recorded(job: Job, model: JointModel) -> JointRecord:
     if name := EFFECTS[job.effect]:
         effect[AT[name]] = job.share
     stepped(r, rate, effect, sizes, job.steps, job.exact, noise, joint, gains, out)
-    channels = {"setpoint": r, "setpoint_rate": rate, "position": out[:, 0], "motor_current": out[:, 2]}
-    channels = {"motor_velocity": out[:, 1], **channels}
-    channels.pop(job.unlogged, None)
+    motion = {"setpoint": r, "setpoint_rate": rate, "position": out[:, 0], "motor_velocity": out[:, 1]}
+    channels = {"motor_current": out[:, 2], **{name: x for name, x in motion.items() if name != job.unlogged}}
     return JointRecord("stepped", model.name, 0, TICK * np.arange(len(r)), channels, source="stepped")
 
 
@@ -227,7 +226,7 @@ def one(job: Job) -> tuple[bool, str]:
 def main() -> None:
     """Run every effect once."""
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    asked.add_argument("--steps", type=int, default=100, help="Euler steps per tick of 10 ms")
+    asked.add_argument("--steps", type=int, default=100, help="steps per tick of 10 ms")
     asked.add_argument("--share", type=float, default=0.1, help="size of the effects")
     asked.add_argument("--first", type=int, default=100, help="seed of the first joint")
     asked.add_argument("--exact", action="store_true", help="Runge and Kutta's steps in place of Euler's")

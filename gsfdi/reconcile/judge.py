@@ -212,13 +212,13 @@ def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) ->
 
 def contest_of(use: TermUse, contests: Sequence[Contest]) -> Contest | None:
     """Contest in which a term was a finalist; of one that took the place of a like, where it was offered."""
-    for only_finalists in (True, False):
-        for contest in contests:
-            for entry in contest.entries:
-                is_it = (entry.offer.term, entry.offer.side) == (use.term, use.side)
-                if is_it and (entry.fitted is not None or not only_finalists):
-                    return contest
-    return None
+    offered = [
+        (entry.fitted is not None, contest)
+        for contest in contests
+        for entry in contest.entries
+        if (entry.offer.term, entry.offer.side) == (use.term, use.side)
+    ]
+    return max(offered, key=lambda one: one[0], default=(False, None))[1]
 
 
 def _with_intervals(hand: Round, given: int, found: Sequence[Name], bares: Sequence[Fitted]) -> list[Name]:

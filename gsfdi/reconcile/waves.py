@@ -20,7 +20,6 @@ MOST = 3
 AT_ONCE = 4
 LEAST_WAVES = 0.75
 """Waves of a motor that must lie within the motion: a smaller part of one is what a weight or a cable does, too."""
-
 ALONG = np.concatenate([np.geomspace(1.0, 12.0, 32), np.arange(13.0, 46.0)])
 """Waves per travel to try on a linear drive, of which nothing says that they are whole: no more than one apart."""
 
