@@ -14,7 +14,6 @@ sweeps show the orders of the map one after another.
 
 import os
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -78,13 +77,9 @@ def turns_with(angle: Array, current: Array, bar: float = 20.0, memory: int = 20
     One order after another joins a regression, the one that gains most log-likelihood once what is left is made white
     by an autoregression over `memory` samples, until none gains `bar`.
     """
-
-    def waves(orders: Sequence[int]) -> Array:
-        return np.hstack([np.ones((len(angle), 1)), *(_wave(angle, order) for order in orders)])
-
     found: list[int] = []
     while True:
-        regressors = waves(found)
+        regressors = np.hstack([np.ones((len(angle), 1)), *(_wave(angle, order) for order in found)])
         left = current - regressors @ np.linalg.lstsq(regressors, current, rcond=None)[0]
         lags = np.lib.stride_tricks.sliding_window_view(left[:-1], memory)[:, ::-1]
         taps = np.concatenate([[1.0], -np.linalg.lstsq(lags, left[memory:], rcond=None)[0]])
