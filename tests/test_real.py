@@ -89,7 +89,7 @@ def test_friction_of_an_arm_whose_drive_gain_is_unknown_holds_on_another_day() -
 
 
 def test_the_missing_torque_of_a_motor_has_the_orders_of_its_measured_cogging() -> None:
-    angle, held = motor.map_of("coggingmap_0__cogging_measure_final_a_16")
+    angle, held = motor.map_of(motor.MAP)
     orders = np.arange(1.0, 41.0)
     known = motor.orders_of(angle, held, orders)
     sweep = motor.even("slow2_slower__nocomp_0", 50.0)
@@ -98,7 +98,14 @@ def test_the_missing_torque_of_a_motor_has_the_orders_of_its_measured_cogging() 
     assert found[6] == pytest.approx(known[6], rel=0.1)
 
 
-def test_cogging_of_a_motor_whose_numbers_are_measured_is_named() -> None:
-    answer = reconcile([motor.even("slow2__nocomp_0", 50.0)], motor.NOMINAL, without=motor.MEASURED)
-    (wave,) = [entry["parameters"] for entry in answer.omitted_physics if entry["term"] == "cogging"]
-    assert wave["order"]["value"] == pytest.approx(7.0, rel=0.01)
+@pytest.mark.parametrize("rate", [None, 50.0, 25.0])
+@pytest.mark.parametrize("name", motor.SWEEPS)
+def test_cogging_is_named_in_the_leading_orders_of_its_measured_map(name: str, rate: float | None) -> None:
+    answer = reconcile([motor.logged(name) if rate is None else motor.even(name, rate)], motor.NOMINAL)
+    waves, known = motor.named(answer), motor.leading(motor.MAP, 5)
+    slow = name.startswith("slow2_slower")
+    count = 5 if slow else 4  # at 0.1 turns/s the rotor coasts through the finer ones
+    assert set(list(waves)[:count]) <= set(known)
+    assert len(waves) >= count
+    assert waves[7.0] == pytest.approx(known[7.0], rel=0.1)
+    assert answer.fit["after"]["motor_current_a"] < 0.4 * answer.fit["before"]["motor_current_a"]

@@ -8,6 +8,7 @@ import numpy as np
 from gsfdi.channels import CHANNELS
 from gsfdi.model import JointModel
 from gsfdi.reconcile import locate
+from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.judge import CLOSE
 from gsfdi.reconcile.say import experiment
@@ -23,18 +24,17 @@ def evidence_of(
 ) -> dict[str, Any]:
     """Gather everything that the page draws."""
     return {
-        "overlays": overlays(case, model),
-        "profiles": profiles(case, before, after),
-        "maps": maps(case, before, after),
+        "overlays": overlays(case.logged, case.nominal, model),
+        "profiles": profiles(case.stand, before, after),
+        "maps": maps(case.stand, before, after),
         "ranking": ranking(case),
         "experiments": [experiment(group) for group in groups],
     }
 
 
-def overlays(case: Case, model: JointModel) -> list[dict[str, Any]]:
+def overlays(stand: Bench, nominal: JointModel, updated: JointModel) -> list[dict[str, Any]]:
     """Recording, nominal and updated simulation on the held-out part of the first stretch that has one."""
-    stand = case.logged
-    olds, news = free_run(stand, case.nominal), free_run(stand, model)
+    olds, news = free_run(stand, nominal), free_run(stand, updated)
     found = []
     for i, (record, old, new) in enumerate(zip(stand.records, olds, news, strict=True)):
         part = stand.kept(i)
@@ -42,7 +42,7 @@ def overlays(case: Case, model: JointModel) -> list[dict[str, Any]]:
             continue
         rows = [(record.effort, old.effort, new.effort), ("position", old.position, new.position)]
         for name, was, now in rows:
-            if name == record.effort and case.nominal.controller is None:
+            if name == record.effort and nominal.controller is None:
                 continue
             found.append(
                 {
@@ -61,10 +61,10 @@ def overlays(case: Case, model: JointModel) -> list[dict[str, Any]]:
     return found
 
 
-def profiles(case: Case, before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
+def profiles(stand: Bench, before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
     """Mean missing torque along each covariate."""
-    rows = locate.covariates(case.stand)
-    unknown = "missing_torque_nm" if case.stand.model.axis == "rotary" else "missing_force_n"
+    rows = locate.covariates(stand)
+    unknown = "missing_torque_nm" if stand.model.axis == "rotary" else "missing_force_n"
     old, new = np.concatenate(before), np.concatenate(after)
     found = []
     for name in rows[0]:
@@ -86,9 +86,9 @@ def profiles(case: Case, before: Sequence[Array], after: Sequence[Array]) -> lis
     return found
 
 
-def maps(case: Case, before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
+def maps(stand: Bench, before: Sequence[Array], after: Sequence[Array]) -> list[dict[str, Any]]:
     """Mean missing torque over position and speed."""
-    rows = locate.covariates(case.stand)
+    rows = locate.covariates(stand)
     names = list(rows[0])[:2]
     x, y = (np.concatenate([row[name] for row in rows]) for name in (names[1], names[0]))
     x_edges, y_edges = (_edges(v, CELLS) for v in (x, y))

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -192,3 +193,26 @@ def signals_of(component: str | None, stand: Bench, term: str | None = None) -> 
     if component in ("gearbox", "link"):
         return [effort, position]
     return [effort]
+
+
+def location(
+    stand: Bench, torque: Sequence[Array], component: str | None, term: str | None, begins: float | None = None
+) -> dict[str, Any]:
+    """Lay out where, when and in which frequencies a mismatch of a component lives, from when on if that is known."""
+    when = [(float(begins), float(stand.scales.seconds))] if begins is not None else moments(stand, torque)
+    return {
+        "component": component,
+        "signals": signals_of(component, stand, term),
+        "where": [
+            {
+                "covariate": p.covariate,
+                "low": p.low,
+                "high": p.high,
+                "share_of_misfit": p.share,
+                "share_of_time": p.time,
+            }
+            for p in places(stand, torque)
+        ],
+        "when": [{"from_s": a, "to_s": b} for a, b in when],
+        "bands_hz": [list(band) for band in bands(stand, torque)],
+    }

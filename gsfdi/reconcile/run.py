@@ -18,10 +18,11 @@ from gsfdi.reconcile.evidence import evidence_of
 from gsfdi.reconcile.finalists import PLAIN, merit
 from gsfdi.reconcile.gains import settle_law
 from gsfdi.reconcile.hand import Round
+from gsfdi.reconcile.held import told_by_effort
 from gsfdi.reconcile.judge import names
 from gsfdi.reconcile.offering import all_offers
-from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
-from gsfdi.reconcile.say import rewritten, timed
+from gsfdi.reconcile.reconciliation import Reconciliation
+from gsfdi.reconcile.say import rewritten, summary, timed
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
 from gsfdi.reconcile.ticks import shift_of
@@ -49,6 +50,9 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
     terms = {name: term for name, term in shelf("gsfdi.terms", PhysicsTerm).items() if name not in without}
     seen = as_shown(records, model)
     opened = settle_law(records, seen, terms, without)
+    held = told_by_effort(opened, model, terms)
+    if held is not None:
+        return held
     settled = opened.settled
     first, hand, contests = compete(opened.first, opened.model, terms, settled.level)
     if is_noise(first, contests[0], settled, seen, terms):
@@ -100,7 +104,7 @@ def _told(case: Case) -> Reconciliation:
         indistinguishable=tuple(groups),
         parameters={s.term: {"ratio": s.ratio, "ci95": [s.low, s.high]} for s in moved},
         fit=fit,
-        says=_says(verdict, entries, left) + anew + timed(shift_of(case.hand.fitted.model)),
+        says=summary(verdict, entries, left) + anew + timed(shift_of(case.hand.fitted.model)),
         updated_model=model if verdict in ("explained", "partly_explained") or anew else None,
         evidence=evidence_of(case, model, before, after, groups),
     )
@@ -120,30 +124,13 @@ def _p_value(case: Case) -> float:
 
 def _location(case: Case, entries: Sequence[Mapping[str, Any]], torque: Sequence[Array]) -> dict[str, Any]:
     """Lay out where and when the mismatch lives."""
-    stand = case.stand
     onset = next((e["onset_s"] for e in entries if e.get("onset_s") is not None), None)
     drift = next((e["parameters"]["onset_s"]["value"] for e in entries if "onset_s" in e["parameters"]), None)
     begins = onset if onset is not None else drift
     if begins is None and entries and entries[0]["term"] in {f.term for f in case.findings}:
         begins = 0.0  # a law or a sensor that is wrong is so throughout
-    when = [(float(begins), float(stand.scales.seconds))] if begins is not None else locate.moments(stand, torque)
     component = entries[0]["component"] if entries else locate.component_of(case.contests, case.settled)
-    return {
-        "component": component,
-        "signals": locate.signals_of(component, stand, entries[0]["term"] if entries else None),
-        "where": [
-            {
-                "covariate": p.covariate,
-                "low": p.low,
-                "high": p.high,
-                "share_of_misfit": p.share,
-                "share_of_time": p.time,
-            }
-            for p in locate.places(stand, torque)
-        ],
-        "when": [{"from_s": a, "to_s": b} for a, b in when],
-        "bands_hz": [list(band) for band in locate.bands(stand, torque)],
-    }
+    return locate.location(case.stand, torque, component, entries[0]["term"] if entries else None, begins)
 
 
 def _fit(case: Case, model: JointModel) -> dict[str, Any]:
@@ -157,17 +144,3 @@ def _fit(case: Case, model: JointModel) -> dict[str, Any]:
         "after": after,
         "noise_floor": dict(verify.noise_floor(stand, list(after))),
     }
-
-
-def _says(verdict: Outcome, entries: Sequence[Mapping[str, Any]], left: float) -> str:
-    """One sentence for a person."""
-    named = ", ".join(str(e["term"]).replace("_", " ") for e in entries)
-    if verdict == "no_mismatch":
-        return "Simulation and recording agree to within noise and the tolerance of the model's numbers."
-    if verdict == "not_enough_data":
-        return "The recordings hardly move the joint: not even its inertia shows in them, and nothing else would."
-    if verdict == "unexplained" and not entries:
-        return "Simulation and recording differ, and nothing in the library accounts for it; the location still stands."
-    if verdict == "explained":
-        return f"The mismatch is explained by {named}."
-    return f"{named} account for part of the mismatch; {100 * left:.0f} % of the missing torque remains unexplained."

@@ -1,14 +1,23 @@
 """What a verdict says: sentences for people, and the experiments that would settle what the data cannot."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm, linear_name
+from gsfdi.reconcile.reconciliation import Outcome
 
 CONFUSED: Mapping[frozenset[str], str] = {
     frozenset(
         {"constant_load", "asymmetric_friction"}
     ): "hold the joint still at several angles: a load must be carried at rest, a friction need not be",
+    frozenset(
+        {"coulomb_friction", "constant_load"}
+    ): "move both ways, and at several speeds: a friction turns round with the motion, a load does not",
+    frozenset(
+        {"cogging", "torque_ripple"}
+    ): "repeat the motion under another load: a ripple grows with the current, a cogging does not",
     frozenset(
         {"constant_load", "current_bias"}
     ): "read the current with the drive switched off: what remains is the sensor's",
@@ -36,6 +45,21 @@ def experiment(names: Sequence[str]) -> str:
         if pair <= set(names):
             return text
     return "excite the joint more widely: faster, slower, over its whole range and with reversals"
+
+
+def summary(verdict: Outcome, entries: Sequence[Mapping[str, Any]], left: float) -> str:
+    """One sentence for a person, where `left` of the missing torque remains."""
+    counts = Counter(str(e["term"]).replace("_", " ") for e in entries)
+    named = ", ".join(name if count == 1 else f"{name} ({count} times)" for name, count in counts.items())
+    if verdict == "no_mismatch":
+        return "Simulation and recording agree to within noise and the tolerance of the model's numbers."
+    if verdict == "not_enough_data":
+        return "The recordings hardly move the joint: not even its inertia shows in them, and nothing else would."
+    if verdict == "unexplained" and not entries:
+        return "Simulation and recording differ, and nothing in the library accounts for it; the location still stands."
+    if verdict == "explained":
+        return f"The mismatch is explained by {named}."
+    return f"{named} account for part of the mismatch; {100 * left:.0f} % of the missing torque remains unexplained."
 
 
 def spelled(name: str, axis: str) -> str:

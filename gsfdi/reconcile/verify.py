@@ -64,7 +64,9 @@ def left_over(stand: Bench, before: JointModel, after: JointModel) -> float:
     """
     first, last = misfit(stand, before), misfit(stand, after)
     floor = noise_floor(stand, list(first))
-    beyond = {name: (first[name] ** 2 - floor[name] ** 2, last[name] ** 2 - floor[name] ** 2) for name in first}
+    beyond = {  # a model that ran away throughout has no figure
+        name: (first[name] ** 2 - floor[name] ** 2, last.get(name, np.inf) ** 2 - floor[name] ** 2) for name in first
+    }
     shares = [max(b, 0.0) / a for name, (a, b) in beyond.items() if a > CLEARLY * floor[name] ** 2]
     return float(np.sqrt(max(shares, default=1.0)))
 
