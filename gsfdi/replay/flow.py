@@ -39,16 +39,15 @@ def transitions(model, era, powers, half, flow, first):  # type: ignore[no-untyp
     """Fill ``flow[first] = [Φ(h/2), Γ(h/2)]`` (4, 6) by Horner's rule over the series, the next with those of h."""
     next_one = first + 1
     for i in range(4):
-        flow[first, i, 0] = 1.0 if i == 0 else 0.0  # A has nothing in its first column
-        held_motor, held_output = 0.0, 0.0
-        for j in range(1, 4):
-            phi = 0.0
-            for k in range(TAYLOR, -1, -1):
-                phi = phi * half + powers[k, i, j]
-            flow[first, i, j] = phi
-        for k in range(TAYLOR, -1, -1):
+        b, c, d, held_motor, held_output = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(TAYLOR, -1, -1):  # five sums side by side, none of which waits for another
+            b = b * half + powers[k, i, 1]
+            c = c * half + powers[k, i, 2]
+            d = d * half + powers[k, i, 3]
             held_motor = held_motor * half + powers[k, i, 1] * SHARES[k]
             held_output = held_output * half + powers[k, i, 3] * SHARES[k]
+        flow[first, i, 0] = 1.0 if i == 0 else 0.0  # A has nothing in its first column
+        flow[first, i, 1], flow[first, i, 2], flow[first, i, 3] = b, c, d
         held_motor, held_output = held_motor * half, held_output * half
         if model[at.RIGID] > 0:
             flow[first, i, 4] = held_motor / model[era + at.INERTIA_OUTPUT]

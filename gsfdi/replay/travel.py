@@ -30,12 +30,12 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
     turns = model[at.SLOW] > 0 or (
         model[at.RIGID] == 0 and (any_in(at.MOTOR_DRY, model) or any_in(at.OUTPUT_DRY, model) or model[at.PLAY] > 0)
     )
-    delayed = any_in(at.DELAY, model)  # the delayed effort changes within the span: its mean over a part of it acts
+    delayed = any_in(at.DELAY, model)  # the delayed effort changes within the span
     if model[at.WAVE] > 0 or abs(span - v[at.FITTED, 1]) > 1e-8 * span:  # stamps in float64 differ by less
         longest = model[at.LONGEST_STEP]
         if model[at.WAVE] > 0:
             longest = min(longest, PHASE_STEP / max(1e-12, abs(model[at.WAVE] * model[at.GEAR] * v[at.X, 1])))
-        least = 1.0 if not delayed else 2.0 if model[at.RIGID] > 0 else 4.0  # a rigid joint has no mode to excite
+        least = 2.0 if delayed and model[at.RIGID] == 0 else 1.0  # a change within a step excites a mode
         count = min(max(least, math.ceil(span / longest - 1e-9)), float(MOST_SUBSTEPS))
         h = span / count
         if abs(h - v[at.FITTED, 0]) > 1e-8 * h:
@@ -43,20 +43,20 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
             v[at.FITTED, 0], v[at.FITTED, 3] = h, 0.0
         v[at.FITTED, 1], v[at.FITTED, 2] = span, count
     count, h = int(v[at.FITTED, 2]), v[at.FITTED, 0]
-    effort = state[now, at.FLOWING]
+    effort, early = state[now, at.FLOWING], 0.0
     for i in range(count):
         time = clock[now, at.TIME] + i * h
-        if delayed:
-            m[motion.TIME] = time
-            age = total(at.DELAY, model, m, states)
-            effort = mean_held(clock, state, now, time - age, time + h - age)
         parts, done = 1, 0
         if turns:
             keep(v, states)
         while done < parts:
             short = h / parts
-            first = 0 if parts == 1 else 2
-            turned = substep(model, era, m, v, states, flow, first, effort, time + done * short, short)
+            begun, first = time + done * short, 0 if parts == 1 else 2
+            if delayed:
+                m[motion.TIME] = begun
+                age = total(at.DELAY, model, m, states)
+                effort, early = mean_held(clock, state, now, begun - age, begun + short - age)
+            turned = substep(model, era, m, v, states, flow, first, effort, early, begun, short)
             done += 1
             if turned and turns and parts == 1:
                 undo(v, states)
@@ -92,7 +92,7 @@ def remember(states, source, target):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def substep(model, era, m, v, states, flow, first, effort, time, h):  # type: ignore[no-untyped-def]
+def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # type: ignore[no-untyped-def]
     """Advance the state by one substep; half its flow and all of it stand in `flow` from `first` on.
 
     Returns
@@ -130,6 +130,7 @@ def substep(model, era, m, v, states, flow, first, effort, time, h):  # type: ig
     motor, joint = v[at.X, 0], v[at.X, 0] + v[at.X, 2]
     for i in range(4):
         v[at.X, i] = v[at.FREE, i] - flow[full, i, 4] * dry_motor - flow[full, i, 5] * dry_output
+    motor_early -= factor * model[era + at.DRIVE_GAIN] * early
     for i in (0, 2):
         v[at.X, i] -= h * (flow[full, i + 1, 4] * motor_early + flow[full, i + 1, 5] * output_early)
     if motor_did == STICKS:
@@ -179,14 +180,19 @@ def spring_terms(model, era, m, states, windup):  # type: ignore[no-untyped-def]
 
 @compiled
 def mean_held(clock, state, now, low, high):  # type: ignore[no-untyped-def]
-    """Mean over [low, high] of the effort commanded up to event `now`, each value held until the next."""
+    """Mean over [low, high] of the effort commanded up to event `now`, and how far it acts before its mean.
+
+    Each value is held until the next. For what acts before its mean see `dry_over`.
+    """
     j = now
     while j > 0 and clock[j, at.TIME] > low:
         j -= 1
-    result, start = 0.0, low
+    whole, early, start = 0.0, 0.0, low
     while start < high:
         end = high if j >= now else min(high, max(clock[j + 1, at.TIME], start))
-        result += state[j, at.FLOWING] * (end - start)
+        part = state[j, at.FLOWING] * (end - start)
+        whole += part
+        early += 0.5 * part * ((high - end) - (start - low))
         start = end
         j += 1
-    return result / (high - low)
+    return whole / (high - low), early / (high - low) ** 2
