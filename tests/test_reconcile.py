@@ -32,7 +32,7 @@ from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.sheet import sheet_of
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.verdict import is_series
+from gsfdi.reconcile.verdict import is_series, strained
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -161,6 +161,21 @@ def test_many_like_waves_at_the_end_of_what_they_may_be_draw_a_curve(count: int,
     found = [SimpleNamespace(use=wave) for wave in waves]
     case = SimpleNamespace(found=found, hand=SimpleNamespace(fitted=fitted))
     assert is_series(case) is series  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ([1.08, 0.92], ["motor_inertia_change", "stiffness_change"]),
+        ([1.08, 0.93], []),
+    ],
+)
+def test_numbers_that_went_as_far_as_they_are_believed_are_told(values: list[float], said: list[str]) -> None:
+    knobs = [Knob(-1, name, 0.03, 0.92, 1.08, 1.0, 0.03) for name in ("motor_inertia", "stiffness")]
+    held = Knob(-1, "output_inertia", 0.03, 1.0, 1.0, 1.0, 0.03)  # by a term that changes it
+    fitted = SimpleNamespace(knobs=[*knobs, held], values=[*values, 1.0])
+    case = SimpleNamespace(hand=SimpleNamespace(fitted=fitted))
+    assert strained(case) == said  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

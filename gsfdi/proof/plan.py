@@ -24,6 +24,9 @@ SHARES = {
 UNMIXED = ("quantisation", "timestamp_latency", "current_limit", "end_stop", "actuation_delay")
 """Kinds left out of doubles and triples, where they would hide or cut off whatever else there is."""
 
+MERGED = {"constant_load", "cable_harness"}
+"""Kinds that are one effect together, and so not mixed: a constant torque moves the angle at which a cable rests."""
+
 
 def plan(count: int, seed: int) -> list[Design]:
     """Lay out `count` designs: groups by `SHARES` (largest remainder), kinds and sizes in turn within each group."""
@@ -85,7 +88,8 @@ def _nulls(rng: Rng) -> Iterator[Design]:
 def _mixed(rng: Rng, many: int) -> tuple[str, ...]:
     """Kinds that act together: of different terms, in a joint that can have them all."""
     names = [name for name in _named("physics") if name not in UNMIXED and "/" not in name]
-    return tuple(str(name) for name in rng.choice(names, many, replace=False))
+    drawn = tuple(str(name) for name in rng.choice(names, many, replace=False))
+    return drawn if len(MERGED & set(drawn)) < 2 else _mixed(rng, many)
 
 
 def _doubles(rng: Rng) -> Iterator[Design]:

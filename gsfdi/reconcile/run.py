@@ -21,13 +21,14 @@ from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.held import told_by_effort
 from gsfdi.reconcile.judge import names
 from gsfdi.reconcile.offering import all_offers
-from gsfdi.reconcile.reconciliation import Reconciliation
-from gsfdi.reconcile.say import rewritten, summary, timed
+from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
+from gsfdi.reconcile.say import bent, rewritten, summary, timed
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
 from gsfdi.reconcile.ticks import shift_of
 from gsfdi.reconcile.twin import is_imitated
-from gsfdi.reconcile.verdict import left_of, verdict_of
+from gsfdi.reconcile.verdict import PARTLY, left_of, strained, verdict_of
+from gsfdi.reconcile.verify import left_over
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
 
@@ -88,6 +89,7 @@ def _told(case: Case) -> Reconciliation:
     moved_off = bool(entries) or verdict in ("unexplained", "partly_explained")
     fit = _fit(case, model)
     anew = rewritten(case.settled.model.physics, case.hand.fitted.model.physics, case.nominal.axis)
+    says = summary(verdict, entries, *told_of(case, verdict, left)) + bent(strained(case) if entries else []) + anew
     return Reconciliation(
         joint=case.joint,
         verdict=verdict,
@@ -104,10 +106,17 @@ def _told(case: Case) -> Reconciliation:
         indistinguishable=tuple(groups),
         parameters={s.term: {"ratio": s.ratio, "ci95": [s.low, s.high]} for s in moved},
         fit=fit,
-        says=summary(verdict, entries, left) + anew + timed(shift_of(case.hand.fitted.model)),
+        says=says + timed(shift_of(case.hand.fitted.model)),
         updated_model=model if verdict in ("explained", "partly_explained") or anew else None,
         evidence=evidence_of(case, model, before, after, groups),
     )
+
+
+def told_of(case: Case, verdict: Outcome, left: float) -> tuple[float, str]:
+    """Share that remains, and of what: held-out misfits, where these alone say that part is explained."""
+    if verdict == "partly_explained" and left >= PARTLY:
+        return left_over(case.logged, case.refitted, case.updated), "held-out misfit"
+    return left, "missing torque"
 
 
 def _p_value(case: Case) -> float:

@@ -47,8 +47,8 @@ def experiment(names: Sequence[str]) -> str:
     return "excite the joint more widely: faster, slower, over its whole range and with reversals"
 
 
-def summary(verdict: Outcome, entries: Sequence[Mapping[str, Any]], left: float) -> str:
-    """One sentence for a person, where `left` of the missing torque remains."""
+def summary(verdict: Outcome, entries: Sequence[Mapping[str, Any]], left: float, of: str = "missing torque") -> str:
+    """One sentence for a person, where `left` of what `of` names remains."""
     counts = Counter(str(e["term"]).replace("_", " ") for e in entries)
     named = ", ".join(name if count == 1 else f"{name} ({count} times)" for name, count in counts.items())
     if verdict == "no_mismatch":
@@ -59,7 +59,7 @@ def summary(verdict: Outcome, entries: Sequence[Mapping[str, Any]], left: float)
         return "Simulation and recording differ, and nothing in the library accounts for it; the location still stands."
     if verdict == "explained":
         return f"The mismatch is explained by {named}."
-    return f"{named} account for part of the mismatch; {100 * left:.0f} % of the missing torque remains unexplained."
+    return f"{named} account for part of the mismatch; {100 * left:.0f} % of the {of} remains unexplained."
 
 
 def spelled(name: str, axis: str) -> str:
@@ -76,6 +76,14 @@ def rewritten(nominal: Sequence[TermUse], found: Sequence[TermUse], axis: str) -
         if name not in old.values
     ]
     return f" Of the model's own terms that takes {', '.join(told)}." if told else ""
+
+
+def bent(terms: Sequence[str]) -> str:
+    """Say which numbers of the plant went as far as they are believed; nothing where none did."""
+    if not terms:
+        return ""
+    numbers = ", ".join(term.removesuffix("_change").replace("_", " ") for term in terms)
+    return f" The model's {numbers} went as far as they are believed: another law may be at work, or they are worse."
 
 
 def timed(shift: float) -> str:

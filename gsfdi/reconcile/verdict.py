@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gsfdi.fit import Knob
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.enough import is_blind
 from gsfdi.reconcile.hand import is_sensor
@@ -66,7 +67,7 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     piled = [name.use.term for name in case.found if name.use.term in PLANT]
     onsets = [name.use.onset for name in case.found if name.use.onset is not None]
     scattered = len(onsets) > 1 and max(onsets) - min(onsets) > APART * case.stand.scales.seconds
-    if len(piled) > 1 or scattered or is_series(case):
+    if len(piled) > 1 or scattered or is_series(case) or strained(case):
         # a joint of which two numbers are far off at once has another law than any of these, and so has one in which
         # one thing after another sets in within one recording
         return "partly_explained"
@@ -86,8 +87,25 @@ def is_series(case: Case) -> bool:
     series = {term for term, count in counts.items() if count >= SERIES}
     fitted = case.hand.fitted
     return any(
-        knob.place >= 0
-        and fitted.model.physics[knob.place].term in series
-        and min(value - knob.low, knob.high - value) < AT_BOUND * knob.scale
+        knob.place >= 0 and fitted.model.physics[knob.place].term in series and is_at_end(knob, value)
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )
+
+
+def strained(case: Case) -> list[str]:
+    """Numbers of the plant that went as far as they are believed; none where it is one alone.
+
+    Beside a law that is not the joint's all of them are bent.
+    """
+    fitted = case.hand.fitted
+    ends = [
+        TERM_OF[knob.name]
+        for knob, value in zip(fitted.knobs, fitted.values, strict=True)
+        if knob.place == -1 and knob.name in TERM_OF and knob.low < knob.high and is_at_end(knob, value)
+    ]
+    return ends if len(ends) > 1 else []
+
+
+def is_at_end(knob: Knob, value: float) -> bool:
+    """Whether a number ended where it may go no farther."""
+    return min(value - knob.low, knob.high - value) < AT_BOUND * knob.scale
