@@ -21,7 +21,7 @@ from gsfdi.types import Array
 
 LINEAR_PHASE = 0.5  # [rad] of the fastest mode per substep: the matrix exponential's series then holds to 1e-14
 LAW_PHASE = 0.25  # the same where laws act: a harmonic oscillator made of laws is then 0.3 % off in frequency
-SPRING_PHASE = 0.16  # the same where laws replace the spring itself
+SPRING_PHASE = 0.16  # the same where laws replace the spring itself; a play has a flow of its own
 TURNING = 4.0  # speed below which a smooth friction turns round, over the one that it turns by
 LAW_DECAY = 0.5  # largest decay of a law's damping per substep
 
@@ -82,6 +82,11 @@ def side_of(use: TermUse, structure: str) -> str:
     return "output" if structure == "rigid" else use.side or next(iter(term_of(use).sides), "motor")
 
 
+def is_play(term: PhysicsTerm) -> bool:
+    """Whether a term lets the gearbox be loose: one that maps the wind-up, but no wave."""
+    return term.place == "windup" and not term.wave
+
+
 def plant_at(model: JointModel, time: float) -> Plant:
     """Plant with the factors that have set in by `time`."""
     plant = model.plant
@@ -126,7 +131,7 @@ def longest_step(model: JointModel, row: Sequence[float]) -> float:
             continue
         values = values_of(use)
         place = "spring" if term.place in ("windup", "spring") else side_of(use, model.structure)
-        phase = min(phase, SPRING_PHASE if place == "spring" else LAW_PHASE)
+        phase = min(phase, SPRING_PHASE if place == "spring" and not is_play(term) else LAW_PHASE)
         square += abs(term.stiffness(values)) * compliance[place] if term.stiffness else 0.0
         decay += abs(term.damping(values)) * compliance[place] if term.damping else 0.0
     if math.isinf(phase):
@@ -159,7 +164,7 @@ def pack(model: JointModel, finer: int = 1) -> Array:
     )
     rigid = model.structure == "rigid"
     slow = TURNING * max((use.values.get(SMOOTH.name, 0.0) for use in model.physics), default=0.0)
-    play = any(slot == layout.WINDUP and not term_of(use).wave for slot, use in chosen)  # a wave has none
+    play = any(is_play(term_of(use)) for _, use in chosen)
     head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, slow, play, len(eras)]
     first = [bisect_left(slots, slot) for slot in range(layout.SLOTS + 1)]
     return np.concatenate([head, first, np.ravel(eras), rows.ravel()], dtype=np.float64)

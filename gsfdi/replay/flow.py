@@ -10,8 +10,8 @@ SHARES = tuple(1.0 / (k + 1) for k in range(TAYLOR + 1))
 
 
 @compiled
-def series(model, era, powers):  # type: ignore[no-untyped-def]
-    """Fill ``powers[k] = A^k / k!`` for the plant of the era that begins at index `era` of the model."""
+def series(model, era, spring, powers):  # type: ignore[no-untyped-def]
+    """Fill ``powers[k] = A^k / k!`` for the plant of the era that begins at index `era`, of the `spring` given."""
     matrix = powers[TAYLOR + 1]  # spare room
     for i in range(4):
         for j in range(4):
@@ -21,10 +21,10 @@ def series(model, era, powers):  # type: ignore[no-untyped-def]
     if model[at.RIGID] > 0:
         matrix[1, 1] = -drag
     else:
-        on_motor = model[era + at.SPRING_RATE] / model[era + at.INERTIA_MOTOR]
+        on_motor = spring / model[era + at.INERTIA_MOTOR]
         matrix[1, 2], matrix[2, 3] = on_motor, 1.0
         matrix[3, 1], matrix[3, 3] = -drag, -drag
-        matrix[3, 2] = -on_motor - model[era + at.SPRING_RATE] / model[era + at.INERTIA_OUTPUT]
+        matrix[3, 2] = -on_motor - spring / model[era + at.INERTIA_OUTPUT]
     for k in range(TAYLOR + 1):
         for i in range(4):
             for j in range(4):

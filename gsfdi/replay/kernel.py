@@ -42,6 +42,14 @@ def blank(clock, now, state, shown):  # type: ignore[no-untyped-def]
             shown[int(clock[k, at.RECORD]), i] = np.nan
 
 
+@compiled
+def lay_out(model, era, powers):  # type: ignore[no-untyped-def]
+    """Lay out the series of an era's plant, and of the same without its spring where the gearbox has a play."""
+    series(model, era, model[era + at.SPRING_RATE], powers[0])
+    if model[at.PLAY] > 0:
+        series(model, era, 0.0, powers[1])
+
+
 @inlined
 def run(  # type: ignore[no-untyped-def]
     model, clock, noise, resolution, mode, start, gain, restarts, state, shown, m, v, flow, powers, states
@@ -56,14 +64,14 @@ def run(  # type: ignore[no-untyped-def]
     v[at.SHIFTED, 0] = start[0, at.SHIFT] if start.shape[1] > at.SHIFT else 0.0
     begin(start, 0, m, v, states)
     era, last_era = at.ERA_ROWS, at.ERA_ROWS + (int(model[at.ERAS]) - 1) * at.ERA_WIDTH
-    series(model, era, powers)
+    lay_out(model, era, powers)
     held, events = 0.0, clock.shape[0]
     for now in range(events):
         time = clock[now, at.TIME]
         m[motion.TEMPERATURE] = clock[now, at.TEMPERATURE]
         if era < last_era and time >= model[era + at.ERA_WIDTH + at.FROM_TIME] - 1e-9:
             era += at.ERA_WIDTH
-            series(model, era, powers)
+            lay_out(model, era, powers)
             v[at.FITTED, 0] = v[at.FITTED, 1] = 0.0
         if clock[now, at.RESTART] >= 0:
             begin(restarts, int(clock[now, at.RESTART]), m, v, states)
@@ -108,12 +116,12 @@ run_many = run_many_of(stamp())
 
 
 def scratch(terms: int) -> tuple[Array, Array, Array, Array, Array]:
-    """Room for the motion vector, state vectors, Φ and Γ, the exponential's series, and twice the states of `terms`."""
+    """Room for the motion vector, state vectors, Φ and Γ, the exponentials' series, and twice the states of `terms`."""
     return (
         np.zeros(motion.QUANTITIES),
         np.zeros((at.VECTORS, 4)),
-        np.zeros((4, 4, 6)),
-        np.zeros((TAYLOR + 2, 4, 4)),
+        np.zeros((8, 4, 6)),
+        np.zeros((2, TAYLOR + 2, 4, 4)),
         np.zeros(2 * (motion.STATES * terms + 1)),
     )
 

@@ -19,6 +19,8 @@ PHASE_STEP = 0.7  # [rad] of a term's wave per substep; the laws give its mean o
 MOST_SUBSTEPS = 400
 PARTS = 4
 """Parts into which a substep is cut in which a flexible joint's friction turns or its play is entered or left."""
+LOOSE = 4
+"""How much further the flows stand of a gearbox within its play."""
 
 
 @inlined
@@ -39,7 +41,7 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
         count = min(max(least, math.ceil(span / longest - 1e-9)), float(MOST_SUBSTEPS))
         h = span / count
         if abs(h - v[at.FITTED, 0]) > 1e-8 * h:
-            transitions(model, era, powers, 0.5 * h, flow, 0)
+            spread(model, era, powers, 0.5 * h, flow, 0)
             v[at.FITTED, 0], v[at.FITTED, 3] = h, 0.0
         v[at.FITTED, 1], v[at.FITTED, 2] = span, count
     count, h = int(v[at.FITTED, 2]), v[at.FITTED, 0]
@@ -62,8 +64,16 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
                 undo(v, states)
                 parts, done = PARTS, 0
                 if v[at.FITTED, 3] == 0.0:
-                    transitions(model, era, powers, 0.5 * h / PARTS, flow, 2)
+                    spread(model, era, powers, 0.5 * h / PARTS, flow, 2)
                     v[at.FITTED, 3] = 1.0
+
+
+@compiled
+def spread(model, era, powers, half, flow, first):  # type: ignore[no-untyped-def]
+    """Fill the flows of a substep from `first` on, and `LOOSE` further those without the spring if there is a play."""
+    transitions(model, era, powers[0], half, flow, first)
+    if model[at.PLAY] > 0:
+        transitions(model, era, powers[1], half, flow, LOOSE + first)
 
 
 @compiled
@@ -101,19 +111,21 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
         Whether a dry friction began or ceased to slide, or turned round, at once or smoothly, or a play was entered
         or left.
     """
-    full = first + 1
     loose = is_loose(model, m, v, states, time)
+    first, rate = (first + LOOSE, 0.0) if loose else (first, model[era + at.SPRING_RATE])
+    full, beyond = first + 1, model[era + at.SPRING_RATE] - rate
     drive = model[era + at.DRIVE_GAIN] * effort
-    on_motor = v[at.TORQUES, 0] * drive + v[at.TORQUES, 3] - v[at.TORQUES, 1]
-    advance(flow, first, v, at.X, at.MIDDLE, on_motor, -v[at.TORQUES, 3] - v[at.TORQUES, 2])
+    spring = v[at.TORQUES, 3] + beyond * v[at.X, 2]
+    on_motor = v[at.TORQUES, 0] * drive + spring - v[at.TORQUES, 1]
+    advance(flow, first, v, at.X, at.MIDDLE, on_motor, -spring - v[at.TORQUES, 2])
     slow = is_slow(model, v)
     see(model, m, v, at.MIDDLE, time + 0.5 * h)
     m[motion.STEP], m[motion.CURRENT], m[motion.STIFFNESS] = h, effort, model[era + at.SPRING_RATE]
     factor = product(at.TORQUE_CONSTANT, model, m, states)
     spring, lever = 0.0, 0.0
     if any_in(at.WINDUP, model) or any_in(at.SPRING, model):
-        spring, lever = spring_terms(model, era, m, states, v[at.MIDDLE, 2])
-    m[motion.LOAD] = factor * drive if model[at.RIGID] > 0 else model[era + at.SPRING_RATE] * v[at.MIDDLE, 2] + spring
+        spring, lever = spring_terms(model, era, rate, m, states, v[at.MIDDLE, 2])
+    m[motion.LOAD] = factor * drive if model[at.RIGID] > 0 else rate * v[at.MIDDLE, 2] + spring
     on_output = total(at.OUTPUT_TORQUE, model, m, states)
     motor_low, motor_high, output_low, output_high = 0.0, 0.0, 0.0, 0.0
     if any_in(at.OUTPUT_DRY, model):
@@ -139,9 +151,9 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
         v[at.X, 0] = motor
     if output_did == STICKS:
         v[at.X, 2] = joint + h * output_slid - v[at.X, 0]
-    v[at.TORQUES, 0], v[at.TORQUES, 3] = factor, spring
+    v[at.TORQUES, 0], v[at.TORQUES, 3] = factor, spring - beyond * v[at.MIDDLE, 2]
     v[at.TORQUES, 1], v[at.TORQUES, 2] = on_motor + dry_motor, on_output + dry_output
-    return motor_did == TURNS or output_did == TURNS or slow or loose or is_loose(model, m, v, states, time + h)
+    return motor_did == TURNS or output_did == TURNS or slow or loose != is_loose(model, m, v, states, time + h)
 
 
 @inlined
@@ -169,13 +181,13 @@ def is_loose(model, m, v, states, time):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def spring_terms(model, era, m, states, windup):  # type: ignore[no-untyped-def]
-    """Spring torque beyond c ε on the output, and what the lever adds to it on the motor."""
+def spring_terms(model, era, rate, m, states, windup):  # type: ignore[no-untyped-def]
+    """Spring torque beyond `rate` times the wind-up on the output, and what the lever adds to it all on the motor."""
     m[motion.LEVER] = 1.0
     deflection = mapped(at.WINDUP, model, m, states, windup)
     m[motion.WINDUP] = deflection
-    spring = model[era + at.SPRING_RATE] * (deflection - windup) + total(at.SPRING, model, m, states)
-    return spring, (m[motion.LEVER] - 1.0) * (model[era + at.SPRING_RATE] * windup + spring)
+    spring = model[era + at.SPRING_RATE] * deflection - rate * windup + total(at.SPRING, model, m, states)
+    return spring, (m[motion.LEVER] - 1.0) * (rate * windup + spring)
 
 
 @compiled
