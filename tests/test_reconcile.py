@@ -410,6 +410,16 @@ def test_a_limit_is_found_to_the_sample_beside_lost_samples(share: float) -> Non
     assert found.after < 1.05 * NOMINAL.sensors.effort_noise
 
 
+def test_a_limit_that_the_law_states_is_nothing_new() -> None:
+    limit = 0.6 * float(np.max(np.abs(recorded(NOMINAL)["drive_torque"])))
+    assert NOMINAL.controller is not None
+    stated = replace(NOMINAL, controller=replace(NOMINAL.controller, limit=limit))
+    found = check_law(bench([recorded(stated)], stated).records, stated)
+    assert found is not None
+    assert found.findings == ()
+    assert found.after < 1.05 * NOMINAL.sensors.effort_noise
+
+
 def test_a_law_is_learnt_beside_lost_samples() -> None:
     unknown, law = replace(NOMINAL, controller=None), NOMINAL.controller
     learnt = learn_law(bench([lossy(recorded(NOMINAL))], unknown).records, unknown)

@@ -129,6 +129,8 @@ WIDE = 0.3
 """The same as a share of the limit, however little the law can be told in noise."""
 SURPLUS = 5.0
 """Standard deviations by which the highest efforts are asked to be higher yet, where each is known to no better."""
+OWN = 1e-3
+"""Share of a limit by which it must lie below the law's own."""
 CLOSE = 2.2
 """Widths of their densest half within which nearly all normal values lie: three of their standard deviations."""
 EXACT = 1.3
@@ -275,6 +277,8 @@ def _limit(held: Held) -> list[LawFinding]:
             continue
         if np.median(beyond[met]) < errs and np.mean(beyond[near]) < SURPLUS * errs / np.sqrt(near.sum()):
             continue  # what is asked for exceeds it by what the law errs
+        if limit > held.law.limit - max(SURPLUS * spread, OWN * limit):
+            continue
         share = float(1 - rest / held.energy)
         found.append(LawFinding("current_limit", {"limit_a": limit}, None, held.gain(rest) + 2.0, share, spread))
     most = max((f.gain for f in found), default=0.0)

@@ -63,6 +63,8 @@ class Sheet:
     rate: Array
     braking: Array
     """What the law takes off for the measured speed."""
+    limit: float
+    """The most effort that the law itself asks for; its integral waits there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +124,7 @@ def sheet_of(
     unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record, winds)[keep]
     braking = -law.derivative * velocity[keep]
     growth = np.diff(parts["integral"], prepend=0.0)  # from row to row that is kept, over those that are not
-    return Sheet(t[keep], effort[keep], parts, unheld, growth, rate[keep], braking)
+    return Sheet(t[keep], effort[keep], parts, unheld, growth, rate[keep], braking, law.limit)
 
 
 def younger(law: Controller, lag: float) -> Controller:
@@ -168,7 +170,7 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
         f.term.removeprefix("controller_"): f.values["ratio"] for f in findings if f.term.startswith("controller_")
     }
     parts = dict(sheet.parts)
-    limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), None)
+    limit = limit_of(sheet, findings)
     if limit is not None:
         parts["integral"] = _waiting(sheet, limit)
     total = np.sum([ratios.get(name, 1.0) * part for name, part in parts.items()], axis=0)
@@ -180,6 +182,12 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
         elif finding.term == "position_gain":  # the log's speed is the slope of its positions; the controller's is not
             total = total + (1 / finding.values["ratio"] - 1) * sheet.braking
     return np.asarray(total)
+
+
+def limit_of(sheet: Sheet, findings: Sequence[LawFinding]) -> float | None:
+    """Limit of the effort: the least of the law's own, where it is met, and one that was found."""
+    own = [sheet.limit] if np.max(np.abs(sheet.effort), initial=0.0) > PLAINLY * sheet.limit else []
+    return min([*own, *(f.values["limit_a"] for f in findings if f.term == "current_limit")], default=None)
 
 
 def _waiting(sheet: Sheet, limit: float) -> Array:
@@ -220,7 +228,7 @@ def against(sheet: Sheet, findings: Sequence[LawFinding]) -> tuple[Array, Mask]:
     (n,) bool array
         Samples that count: below the limit that was found, and not beside one that is at it.
     """
-    limit = next((f.values["limit_a"] for f in findings if f.term == "current_limit"), None)
+    limit = limit_of(sheet, findings)
     off = sheet.effort - commanded(sheet, findings)
     if limit is None:
         return off, ~sheet.unheld
