@@ -49,6 +49,8 @@ WORTH = 60.0
 """Merit from which a finalist below its bar is settled, to be held against the bar that it has then."""
 CLEAR = 2.0
 """Times its bar that a settled finalist gains which goes before any that gains less."""
+FAR = 0.5
+"""Share of the gain of one that leaves a trifle below which a rival is not given other shapes."""
 SETTLED = 4
 """Finalists that are settled at most."""
 TRIVIAL = 0.02
@@ -208,12 +210,13 @@ def contend(
         assert entry.fitted is not None
         term, last = shelf_terms[entry.offer.term], len(hand.fitted.model.physics)
         settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
-        if best and leaves_nothing(best[2], floor) and likelier(settled, hand) < best[0][1]:
-            continue  # no other onset or shape brings it up to one that explains all
+        if best and is_beyond(best[2], settled, hand, floor):
+            continue
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
-        if likelier(settled, hand) > 0:
-            settled = retuned(settled, last, term, floor)
+        if likelier(settled, hand) <= 0:
+            continue
+        settled = retuned(settled, last, term, floor)
         settled = reshaped(relawed(settled, last, term, floor), term, floor)
         if is_at_bound(settled.fitted, shelf_terms) or only_turns(settled.fitted.model):
             continue
@@ -227,6 +230,14 @@ def contend(
     if best is None:
         return undecided(hand, screening, entries, shelf_terms), None
     return Contest(entries, best[1], trials), from_below(best[2], floor)
+
+
+def is_beyond(best: Round, rival: Round, hand: Round, floor: Array) -> bool:
+    """Whether no other onset or shape of the rival brings it up to the best, which explains all, or nearly all."""
+    gained, most = likelier(rival, hand), likelier(best, hand)
+    if leaves_nothing(best, floor):
+        return gained < most
+    return gained < FAR * most and missing(best, floor) < TRIVIAL * missing(hand, floor)
 
 
 def undecided(
