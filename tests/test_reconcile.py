@@ -24,12 +24,12 @@ from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
 from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
 from gsfdi.reconcile.judge import Name, Rival, alike, contest_of, is_nothing
 from gsfdi.reconcile.lagging import kinematic_lag
-from gsfdi.reconcile.law import check_law, densest, is_no_plateau
+from gsfdi.reconcile.law import check_law, densest, is_no_plateau, plainest
 from gsfdi.reconcile.offer import SHARE, Offer
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
-from gsfdi.reconcile.sheet import sheet_of
+from gsfdi.reconcile.sheet import LawFinding, sheet_of
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.verdict import is_series, strained
@@ -370,6 +370,13 @@ def test_efforts_are_at_no_limit_where_they_lie_elsewhere() -> None:
     assert not is_no_plateau(np.full(5, 0.98), 1.0, 0.01)
     assert is_no_plateau(np.full(5, 0.25), 1.0, 0.2)
     assert is_no_plateau(np.array([0.0, 0.5, 1.0]), 1.0, 0.5)  # noise so large tells no plateau
+
+
+@pytest.mark.parametrize(("gain", "believed"), [(12.0, True), (225.0, False), (1457.0, False)])
+def test_a_limit_beside_an_unseen_speed_is_likelier_than_a_bias_that_sets_in(gain: float, believed: bool) -> None:
+    limit = LawFinding("current_limit", {"limit_a": 1.6}, None, 231.0, 0.06, 1e-3)
+    step = LawFinding("current_bias", {"bias_a": 0.1}, 7.0, gain, 0.3, 1e-3)
+    assert plainest([limit, step]) == [limit] * believed
 
 
 def lossy(whole: JointRecord) -> JointRecord:

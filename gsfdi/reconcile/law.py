@@ -170,20 +170,30 @@ def _matters(finding: LawFinding, size: float, held: Held) -> bool:
 def _believable(held: Held, noise: float, measured: bool) -> list[LawFinding]:
     """Findings that account for most of the misfit, or for all of it that is no noise.
 
-    Where the speed was differentiated from positions only the plainest are believed, and no derivative gain.
+    Where the speed was differentiated from positions only the plainest are believed.
     """
     found = [f for f in _hypotheses(held, measured) if f.gain > SURE]
-    if not measured:  # noise of the slopes draws what is scaled to nothing, which then seems to explain all
-        found = [f for f in found if f.term != "controller_derivative"]
-        found = [f for f in found if (f.share > 0.5 or f.term == "current_limit") and f.values.get("ratio", 1.0) > LEFT]
+    if not measured:
+        found = plainest(found)
 
     def least(finding: LawFinding) -> float:
         if held.left**2 * (1 - finding.share) >= (EXACT * noise) ** 2:
             return 0.5
         # a limit that is met for a few samples shows in nothing else
-        return 0.0 if measured and finding.term == "current_limit" else 0.05
+        return 0.0 if finding.term == "current_limit" else 0.05
 
     return [f for f in found if f.share > least(f)]
+
+
+def plainest(found: Sequence[LawFinding]) -> list[LawFinding]:
+    """Findings that the noise of slopes does not make.
+
+    It draws what is scaled to nothing, which then seems to explain all. An integral that waits at a limit looks like a
+    bias that sets in, and the other way round.
+    """
+    step = max((f.gain for f in found if f.onset is not None), default=0.0)
+    plain = [f for f in found if f.share > 0.5 or (f.term == "current_limit" and f.gain > step + HARDLY)]
+    return [f for f in plain if f.term != "controller_derivative" and f.values.get("ratio", 1.0) > LEFT]
 
 
 def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
