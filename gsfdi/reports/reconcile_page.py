@@ -64,15 +64,18 @@ RUNS: dict[Tone, str] = {"before": "old simulation", "after": "new simulation"}
 
 
 def named(term: Fields) -> str:
-    """Name a term with its side.
+    """Name a term with its side, and a wave with its order.
 
     Examples
     --------
     >>> named({"term": "coulomb_friction", "side": "motor"})
     'coulomb friction (motor side)'
+    >>> named({"term": "cogging", "parameters": {"order": {"value": 7.0}}})
+    'cogging of order 7'
     """
-    side = term.get("side")
-    return words(term.get("term", "?")) + (f" ({side} side)" if side else "")
+    side, order = term.get("side"), term.get("parameters", {}).get("order")
+    wave = f" of order {order['value']:.4g}" if order else ""
+    return words(term.get("term", "?")) + wave + (f" ({side} side)" if side else "")
 
 
 def sentence(joint: Fields) -> str:
