@@ -127,6 +127,8 @@ FLAT = 3.0
 """Spread of the effort at a limit, and its distance from it, over the law's misfit, up to which it is a plateau."""
 WIDE = 0.3
 """The same as a share of the limit, however little the law can be told in noise."""
+DEPTHS = (0.998, 0.995, 0.98, 0.95)
+"""Shares of the highest effort from which others are taken to lie at the same limit."""
 SURPLUS = 5.0
 """Standard deviations by which the highest efforts are asked to be higher yet, where each is known to no better."""
 OWN = 1e-3
@@ -267,32 +269,41 @@ def _clock(held: Held, term: str, name: str, sheets: Callable[[float], list[Shee
 
 def _limit(held: Held) -> list[LawFinding]:
     """A limit that the drive keeps although the law asks for more."""
-    effort = np.abs(np.concatenate([s.effort for s in held.sheets]))
-    top = float(np.sort(effort)[-3])
-    found = []
-    for depth in (0.998, 0.995, 0.98, 0.95):
-        near = effort > depth * top
-        limit = float(np.median(effort[near]))
-        over = _asked(held, limit) > limit  # noise lifts the highest efforts above it, not those asked to be higher
-        if near.sum() < 3 or np.mean(over[near]) < 0.3:
-            continue
-        width = max(float(np.std(effort[near])), 1e-9 * limit)
-        spread = width / float(np.sqrt(near.sum()))
-        if over.sum() > 10:
-            limit, width = densest(effort[over]), spread
-        limit, rest = _to_the_sample(held, limit, width)
-        beyond, errs = _asked(held, limit) - limit, float(np.sqrt(rest / held.samples))
-        met = beyond > 0
-        if not met.any() or is_no_plateau(effort[met], limit, errs):
-            continue
-        if np.median(beyond[met]) < errs and np.mean(beyond[near]) < SURPLUS * errs / np.sqrt(near.sum()):
-            continue  # what is asked for exceeds it by what the law errs
-        if limit > held.law.limit - max(SURPLUS * spread, OWN * limit):
-            continue
-        share = float(1 - rest / held.energy)
-        found.append(LawFinding("current_limit", {"limit_a": limit}, None, held.gain(rest) + 2.0, share, spread))
+    steps = _steps(held, [against(sheet, held.findings)[1] for sheet in held.sheets])
+    step = max((f.gain for f in steps), default=0.0)
+    found = [f for depth in DEPTHS if (f := _plateau(held, depth, step)) is not None]
     most = max((f.gain for f in found), default=0.0)
     return next(([f] for f in found if f.gain > most - HARDLY), [])
+
+
+def _plateau(held: Held, depth: float, step: float) -> LawFinding | None:
+    """A limit near which lie the efforts of more than `depth` times the highest; None where there is none.
+
+    One that is hardly met shows in the integral that waits there, and in that only: a bias that sets in then must gain
+    no more (`step`).
+    """
+    effort = np.abs(np.concatenate([s.effort for s in held.sheets]))
+    near = effort > depth * float(np.sort(effort)[-3])
+    limit = float(np.median(effort[near]))
+    over = _asked(held, limit) > limit  # noise lifts the highest efforts above it, not those asked to be higher
+    hardly = bool(np.mean(over[near]) < 0.3)
+    if near.sum() < 3 or (hardly and step < SURE):
+        return None
+    width = max(float(np.std(effort[near])), 1e-9 * limit)
+    spread = width / float(np.sqrt(near.sum()))
+    if over.sum() > 10:
+        limit, width = densest(effort[over]), spread
+    limit, rest = _to_the_sample(held, limit, width)
+    beyond, errs, gain = _asked(held, limit) - limit, float(np.sqrt(rest / held.samples)), held.gain(rest) + 2.0
+    met = beyond > 0
+    if not met.any() or is_no_plateau(effort[met], limit, errs):
+        return None
+    hardly |= bool(np.median(beyond[met]) < errs and np.mean(beyond[near]) < SURPLUS * errs / np.sqrt(near.sum()))
+    if hardly and gain < max(step, SURE):  # what is asked for exceeds it by what the law errs, if at all
+        return None
+    if limit > held.law.limit - max(SURPLUS * spread, OWN * limit):
+        return None
+    return LawFinding("current_limit", {"limit_a": limit}, None, gain, float(1 - rest / held.energy), spread)
 
 
 def is_no_plateau(effort: Array, limit: float, errs: float) -> bool:
