@@ -350,13 +350,31 @@ def test_twins_are_listed_as_twins() -> None:
     assert any({"position_gain", "velocity_gain"} <= set(group) for group in answer.indistinguishable)
 
 
-def test_a_limit_is_found_although_the_integral_waits_at_it() -> None:
+def test_a_limit_is_found_although_the_integral_goes_on_at_it() -> None:
     free = recorded(NOMINAL)
     limit = 0.6 * float(np.max(np.abs(free["drive_torque"])))
     answer = told(TermUse("current_limit", {"limit_a": limit}))
     entry = answer.omitted_physics[0]
     assert entry["term"] == "current_limit"
     assert entry["parameters"]["limit_a"]["value"] == pytest.approx(limit, rel=0.01)
+
+
+@pytest.mark.parametrize("windup", ["goes_on", "unwinds"])
+def test_a_limit_is_told_with_what_the_integral_does_at_it(windup: str) -> None:
+    assert MODEL.controller is not None
+    nominal = replace(MODEL, controller=replace(MODEL.controller, integral=20.0))
+    limit = 0.7 * float(np.max(np.abs(simulate_record(nominal, seed=1, duration=30.0)["motor_current"])))
+    drive = replace(nominal, physics=(TermUse("current_limit", {"limit_a": limit}),))
+    law = replace(MODEL, controller=replace(MODEL.controller, integral=20.0, limit=limit))
+    limited = drive if windup == "goes_on" else law
+    record = simulate_record(limited, seed=1, duration=30.0)
+    found, again = check_law([record], nominal), check_law([record], limited)
+    assert found is not None
+    assert [(f.term, f.windup) for f in found.findings] == [("current_limit", windup)]
+    assert found.findings[0].values["limit_a"] == pytest.approx(limit, rel=1e-3)
+    assert found.after < 1.05 * MODEL.sensors.effort_noise
+    assert again is not None
+    assert again.findings == ()
 
 
 def test_efforts_at_a_limit_are_told_from_those_below_it() -> None:

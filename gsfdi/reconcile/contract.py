@@ -142,6 +142,9 @@ def corrected(model: JointModel, finding: LawFinding) -> JointModel:
         return replace(model, controller=replace(model.controller, **{name: value}))
     if finding.term == LATE:
         return model
+    if finding.term == "current_limit" and finding.windup != "goes_on" and model.controller is not None:
+        limit = min(model.controller.limit, finding.values["limit_a"])
+        model = replace(model, controller=replace(model.controller, limit=limit))
     return replace(model, physics=(*model.physics, TermUse(finding.term, dict(finding.values), None, finding.onset)))
 
 

@@ -15,10 +15,12 @@ from gsfdi.reconcile.blind import BETWEEN, blind, instrumental
 from gsfdi.reconcile.lagging import LAG, with_positions
 from gsfdi.reconcile.sensing import FAR, effort_noise
 from gsfdi.reconcile.sheet import (
+    BEGUN,
     Held,
     LawFinding,
     Log,
     Sheet,
+    Windup,
     against,
     centred,
     columns_of,
@@ -127,6 +129,8 @@ FLAT = 3.0
 """Spread of the effort at a limit, and its distance from it, over the law's misfit, up to which it is a plateau."""
 WIDE = 0.3
 """The same as a share of the limit, however little the law can be told in noise."""
+RULES_AT_A_LIMIT: tuple[Windup, ...] = ("rests", "unwinds", "goes_on")
+"""What integrals do at a limit, in the order in which they are believed where all suit a log alike."""
 DEPTHS = (0.998, 0.995, 0.98, 0.95)
 """Shares of the highest effort from which others are taken to lie at the same limit."""
 SURPLUS = 5.0
@@ -271,39 +275,42 @@ def _limit(held: Held) -> list[LawFinding]:
     """A limit that the drive keeps although the law asks for more."""
     steps = _steps(held, [against(sheet, held.findings)[1] for sheet in held.sheets])
     step = max((f.gain for f in steps), default=0.0)
-    found = [f for depth in DEPTHS if (f := _plateau(held, depth, step)) is not None]
+    trials = (_plateau(held, depth, step, rule) for rule in RULES_AT_A_LIMIT for depth in DEPTHS)
+    found = [f for f in trials if f is not None]
     most = max((f.gain for f in found), default=0.0)
     return next(([f] for f in found if f.gain > most - HARDLY), [])
 
 
-def _plateau(held: Held, depth: float, step: float) -> LawFinding | None:
+def _plateau(held: Held, depth: float, step: float, windup: Windup) -> LawFinding | None:
     """A limit near which lie the efforts of more than `depth` times the highest; None where there is none.
 
-    One that is hardly met shows in the integral that waits there, and in that only: a bias that sets in then must gain
-    no more (`step`).
+    One that is hardly met shows in the integral that waits there (see `windup`), and in that only: a bias that sets in
+    then must gain no more (`step`).
     """
-    effort = np.abs(np.concatenate([s.effort for s in held.sheets]))
+    begun = np.concatenate([np.arange(len(s.t)) >= BEGUN for s in held.sheets])  # not where a gap may still be felt
+    effort = np.abs(np.concatenate([s.effort for s in held.sheets])) * begun
     near = effort > depth * float(np.sort(effort)[-3])
     limit = float(np.median(effort[near]))
-    over = _asked(held, limit) > limit  # noise lifts the highest efforts above it, not those asked to be higher
+    over = _asked(held, limit, windup) > limit  # noise lifts the highest efforts above it, not those asked to be higher
     hardly = bool(np.mean(over[near]) < 0.3)
-    if near.sum() < 3 or (hardly and step < SURE):
+    if near.sum() < 3 or (hardly and (step < SURE or windup == "goes_on")):
         return None
     width = max(float(np.std(effort[near])), 1e-9 * limit)
     spread = width / float(np.sqrt(near.sum()))
     if over.sum() > 10:
         limit, width = densest(effort[over]), spread
-    limit, rest = _to_the_sample(held, limit, width)
-    beyond, errs, gain = _asked(held, limit) - limit, float(np.sqrt(rest / held.samples)), held.gain(rest) + 2.0
-    met = beyond > 0
+    limit, rest = _to_the_sample(held, limit, width, windup)
+    beyond, errs, gain = _asked(held, limit, windup) - limit, float(np.sqrt(rest / held.samples)), held.gain(rest) + 2.0
+    met = begun & (beyond > 0)
     if not met.any() or is_no_plateau(effort[met], limit, errs):
         return None
     hardly |= bool(np.median(beyond[met]) < errs and np.mean(beyond[near]) < SURPLUS * errs / np.sqrt(near.sum()))
-    if hardly and gain < max(step, SURE):  # what is asked for exceeds it by what the law errs, if at all
+    if hardly and not gain > step > SURE:  # what is asked for exceeds it by what the law errs, if at all
         return None
-    if limit > held.law.limit - max(SURPLUS * spread, OWN * limit):
+    if limit > held.sheets[0].limit - max(SURPLUS * spread, OWN * limit):
         return None
-    return LawFinding("current_limit", {"limit_a": limit}, None, gain, float(1 - rest / held.energy), spread)
+    share = float(1 - rest / held.energy)
+    return LawFinding("current_limit", {"limit_a": limit}, None, gain, share, spread, windup)
 
 
 def is_no_plateau(effort: Array, limit: float, errs: float) -> bool:
@@ -321,18 +328,18 @@ def densest(values: Array) -> float:
     return float(np.median(values[close]))
 
 
-def _asked(held: Held, limit: float) -> Array:
-    """Size of what the law asks for, sample by sample, where the integral waits at a limit."""
-    pairs = [(s, against(s, _limited(held, limit))) for s in held.sheets]
+def _asked(held: Held, limit: float, windup: Windup) -> Array:
+    """Size of what the law asks for, sample by sample, beside a limit."""
+    pairs = [(s, against(s, _limited(held, limit, windup))) for s in held.sheets]
     return np.asarray(np.abs(np.concatenate([s.effort - off + level(off, free) for s, (off, free) in pairs])))
 
 
-def _limited(held: Held, limit: float) -> tuple[LawFinding, ...]:
+def _limited(held: Held, limit: float, windup: Windup) -> tuple[LawFinding, ...]:
     """Everything that was found of the law, and a limit beside it."""
-    return (*held.findings, LawFinding("current_limit", {"limit_a": limit}, None, 0.0, 0.0, 0.0))
+    return (*held.findings, LawFinding("current_limit", {"limit_a": limit}, None, 0.0, 0.0, 0.0, windup))
 
 
-def _to_the_sample(held: Held, limit: float, width: float) -> tuple[float, float]:
+def _to_the_sample(held: Held, limit: float, width: float, windup: Windup) -> tuple[float, float]:
     """Find the limit, within noise of `limit`, under which the integral waits at the right samples; and the misfit.
 
     One too few shifts all that the law asks for later. Samples at the limit cannot be held against the law, and count
@@ -341,7 +348,7 @@ def _to_the_sample(held: Held, limit: float, width: float) -> tuple[float, float
     counted = sum(int(against(sheet, held.findings)[1].sum()) for sheet in held.sheets)
 
     def left(trial: float) -> float:
-        pairs = [against(sheet, _limited(held, trial)) for sheet in held.sheets]
+        pairs = [against(sheet, _limited(held, trial, windup)) for sheet in held.sheets]
         off = [centred(*pair) for pair in pairs]
         return float(sum(m @ m for m in off)) * counted / max(sum(int(free.sum()) for _, free in pairs), 1)
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numba
 import numpy as np
@@ -19,6 +20,12 @@ PLAINLY = 0.9
 """Share of a limit up to which an effort is below it whatever its noise."""
 BESIDE = 2
 """Samples beside one at the limit that are not held against the law either."""
+Windup = Literal["goes_on", "rests", "unwinds"]
+"""What an integral does at a limit: goes on as if there were none, rests, or takes on only what leads away from it."""
+OWN: Windup = "unwinds"
+"""What that of gsfdi's own controller does."""
+BEGUN = 20
+"""Samples of a stretch below a limit that tell where the integral began."""
 CALM = 9
 """Samples through which a cubic is drawn to tell a speed from its noise."""
 
@@ -27,7 +34,8 @@ CALM = 9
 class LawFinding:
     """Something that the law lacks: a term id, its values, its onset, and how likely the next best is.
 
-    `share` is the part of the law's misfit that it explains; `spread` the standard deviation of its first value.
+    `share` is the part of the law's misfit that it explains; `spread` the standard deviation of its first value;
+    `windup` what the integral does at a limit.
     """
 
     term: str
@@ -36,6 +44,7 @@ class LawFinding:
     gain: float
     share: float
     spread: float
+    windup: Windup = "rests"
 
 
 def joined(findings: Sequence[LawFinding], new: LawFinding) -> tuple[LawFinding, ...]:
@@ -64,7 +73,9 @@ class Sheet:
     braking: Array
     """What the law takes off for the measured speed."""
     limit: float
-    """The most effort that the law itself asks for; its integral waits there."""
+    """The most effort that the law asks for, or the model's drive gives."""
+    windup: Windup
+    """What the integral does there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +135,11 @@ def sheet_of(
     unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record, winds)[keep]
     braking = -law.derivative * velocity[keep]
     growth = np.diff(parts["integral"], prepend=0.0)  # from row to row that is kept, over those that are not
-    return Sheet(t[keep], effort[keep], parts, unheld, growth, rate[keep], braking, law.limit)
+    drive = min((use.values["limit_a"] for use in model.physics if use.term == "current_limit"), default=np.inf)
+    limit = min(law.limit, drive)
+    own = law.limit <= drive
+    sheet = Sheet(t[keep], effort[keep], parts, unheld, growth, rate[keep], braking, limit, OWN if own else "goes_on")
+    return sheet if limit_of(sheet, ()) is None or not own else min(as_likely(sheet), key=energy)
 
 
 def younger(law: Controller, lag: float) -> Controller:
@@ -161,7 +176,8 @@ def unrated(record: JointRecord, winds: bool = False) -> Mask:
     if "setpoint_rate" in record:
         return np.zeros(len(record.t), dtype=np.bool_)
     corners = at_jolts if winds else at_corners
-    return beside_lost(record) | corners(record["setpoint"], record.t)
+    ends = np.isin(np.arange(len(record.t)), (0, len(record.t) - 1))  # where a slope has one side only
+    return ends | beside_lost(record) | corners(record["setpoint"], record.t)
 
 
 def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
@@ -171,8 +187,8 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
     }
     parts = dict(sheet.parts)
     limit = limit_of(sheet, findings)
-    if limit is not None:
-        parts["integral"] = _waiting(sheet, limit)
+    if limit is not None and limit[1] != "goes_on":
+        parts["integral"] = _waiting(sheet, *limit)
     total = np.sum([ratios.get(name, 1.0) * part for name, part in parts.items()], axis=0)
     for finding in findings:
         if finding.term == "current_gain":
@@ -184,31 +200,47 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
     return np.asarray(total)
 
 
-def limit_of(sheet: Sheet, findings: Sequence[LawFinding]) -> float | None:
-    """Limit of the effort: the least of the law's own, where it is met, and one that was found."""
-    own = [sheet.limit] if np.max(np.abs(sheet.effort), initial=0.0) > PLAINLY * sheet.limit else []
-    return min([*own, *(f.values["limit_a"] for f in findings if f.term == "current_limit")], default=None)
+def limit_of(sheet: Sheet, findings: Sequence[LawFinding]) -> tuple[float, Windup] | None:
+    """Least limit of the effort, known where it is met or found, and what the integral does at it."""
+    met = np.max(np.abs(sheet.effort), initial=0.0) > PLAINLY * sheet.limit
+    known = [(sheet.limit, sheet.windup)] if met else []
+    found = [(f.values["limit_a"], f.windup) for f in findings if f.term == "current_limit"]
+    return min([*known, *found], default=None)
 
 
-def _waiting(sheet: Sheet, limit: float) -> Array:
+def as_likely(sheet: Sheet) -> list[Sheet]:
+    """The sheet under either rule by which a law's integral waits at its own limit, of which no model says which."""
+    return [replace(sheet, windup=rule) for rule in (OWN, "rests")]
+
+
+def energy(sheet: Sheet) -> float:
+    """Sum of the squares of what the law leaves."""
+    return float(np.sum(centred(*against(sheet, ())) ** 2))
+
+
+def _waiting(sheet: Sheet, limit: float, windup: Windup) -> Array:
     """Integral part that waits while more than `limit` is asked for."""
     asked = np.asarray(np.sum([part for name, part in sheet.parts.items() if name != "integral"], axis=0))
     free = np.abs(sheet.effort) < 0.98 * limit
     first = int(np.argmin(free)) if not free.all() else len(free)
-    if first < 20:  # where the integral began cannot be told: it waits wherever the effort is at the limit
+    if first < BEGUN:  # where the integral began cannot be told: it waits wherever the effort is at the limit
         return np.cumsum(np.where(np.abs(sheet.effort) < 0.99 * limit, sheet.growth, 0.0))
     start = float(np.mean((sheet.effort - asked - np.cumsum(sheet.growth))[:first]))
     found = np.empty(len(asked))
-    _wait(asked, sheet.growth, start, limit, found)
+    _wait(asked, sheet.growth, start, limit, windup == "unwinds", found)
     return found
 
 
 @numba.njit(cache=True)
-def _wait(asked, growth, start, limit, out):  # type: ignore[no-untyped-def]
-    """Sum `growth` from `start` on but where that would ask for more than `limit` beside what else is `asked` for."""
+def _wait(asked, growth, start, limit, unwinds, out):  # type: ignore[no-untyped-def]
+    """Sum `growth` from `start` on but where that would ask for more than `limit` beside what else is `asked` for.
+
+    An integral that `unwinds` takes on what lessens it.
+    """
     integral = start
     for k in range(len(asked)):
-        if abs(asked[k] + integral + growth[k]) <= limit:
+        total = asked[k] + integral + growth[k]
+        if abs(total) <= limit or (unwinds and total * growth[k] < 0.0):
             integral += growth[k]
         out[k] = integral
 
@@ -232,8 +264,8 @@ def against(sheet: Sheet, findings: Sequence[LawFinding]) -> tuple[Array, Mask]:
     off = sheet.effort - commanded(sheet, findings)
     if limit is None:
         return off, ~sheet.unheld
-    asked = sheet.effort - off + level(off, ~sheet.unheld & (np.abs(sheet.effort) < PLAINLY * limit))
-    met = np.maximum(np.abs(sheet.effort), np.abs(asked)) >= 0.995 * limit  # noise makes some efforts look lower
+    asked = sheet.effort - off + level(off, ~sheet.unheld & (np.abs(sheet.effort) < PLAINLY * limit[0]))
+    met = np.maximum(np.abs(sheet.effort), np.abs(asked)) >= 0.995 * limit[0]  # noise makes some efforts look lower
     return off, np.asarray(~sheet.unheld & (np.convolve(met, np.ones(2 * BESIDE + 1), "same") < 0.5))
 
 
