@@ -195,10 +195,11 @@ def plainest(found: Sequence[LawFinding]) -> list[LawFinding]:
     """Findings that the noise of slopes does not make.
 
     It draws what is scaled to nothing, which then seems to explain all. An integral that waits at a limit looks like a
-    bias that sets in, and the other way round.
+    bias that sets in, and the other way round. What clips the highest efforts may be a speed that no model tells.
     """
     step = max((f.gain for f in found if f.onset is not None), default=0.0)
-    plain = [f for f in found if f.share > 0.5 or (f.term == "current_limit" and f.gain > step + HARDLY)]
+    waits = [f for f in found if f.term == "current_limit" and f.windup != "goes_on" and f.gain > step + HARDLY]
+    plain = [f for f in found if f.share > 0.5 or f in waits]
     return [f for f in plain if f.term != "controller_derivative" and f.values.get("ratio", 1.0) > LEFT]
 
 
@@ -330,8 +331,13 @@ def densest(values: Array) -> float:
 
 def _asked(held: Held, limit: float, windup: Windup) -> Array:
     """Size of what the law asks for, sample by sample, beside a limit."""
+    return np.abs(np.concatenate(_wanted(held, limit, windup)))
+
+
+def _wanted(held: Held, limit: float, windup: Windup) -> list[Array]:
+    """What the law asks for, by sheet, beside a limit."""
     pairs = [(s, against(s, _limited(held, limit, windup))) for s in held.sheets]
-    return np.asarray(np.abs(np.concatenate([s.effort - off + level(off, free) for s, (off, free) in pairs])))
+    return [np.asarray(s.effort - off + level(off, free)) for s, (off, free) in pairs]
 
 
 def _limited(held: Held, limit: float, windup: Windup) -> tuple[LawFinding, ...]:
@@ -342,15 +348,19 @@ def _limited(held: Held, limit: float, windup: Windup) -> tuple[LawFinding, ...]
 def _to_the_sample(held: Held, limit: float, width: float, windup: Windup) -> tuple[float, float]:
     """Find the limit, within noise of `limit`, under which the integral waits at the right samples; and the misfit.
 
-    One too few shifts all that the law asks for later. Samples at the limit cannot be held against the law, and count
-    as the others do on average.
+    One too few shifts all that the law asks for later. Samples at the limit cannot be held against a law that waits
+    there, and count as the others do on average. Beside one that goes on they can, and are all that a limit shows in.
     """
     counted = sum(int(against(sheet, held.findings)[1].sum()) for sheet in held.sheets)
 
     def left(trial: float) -> float:
-        pairs = [against(sheet, _limited(held, trial, windup)) for sheet in held.sheets]
-        off = [centred(*pair) for pair in pairs]
-        return float(sum(m @ m for m in off)) * counted / max(sum(int(free.sum()) for _, free in pairs), 1)
+        if windup == "goes_on":
+            given = [np.clip(asked, -trial, trial) for asked in _wanted(held, trial, windup)]
+            pairs = zip(held.sheets, given, strict=True)
+            return float(sum(np.sum((sheet.effort - gets)[~sheet.unheld] ** 2) for sheet, gets in pairs))
+        waiting = [against(sheet, _limited(held, trial, windup)) for sheet in held.sheets]
+        off = [centred(*pair) for pair in waiting]
+        return float(sum(m @ m for m in off)) * counted / max(sum(int(free.sum()) for _, free in waiting), 1)
 
     def likelihood(trial: float) -> float:
         return held.gain(left(trial)) - 0.5 * ((trial - limit) / width) ** 2
