@@ -219,14 +219,15 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
         rest = held.energy - slope**2 * info
         spread = float(np.sqrt(rest / held.samples / info))
         found.append(scaled(term, slope, held.gain(rest), 1 - rest / held.energy, spread))
+    steps = _steps(held, free)
     if not taken & {"current_bias", "current_limit"} and len({(r.source, r.t0_ns) for r in held.log.records}) == 1:
-        found += _steps(held, free)
+        found += steps
     if "timestamp_latency" not in taken:
         found.append(_clock(held, "timestamp_latency", "delay_s", lambda late: held.log.sheets(held.aged, late)))
     if measured and LAG not in taken:
         found.append(_clock(held, LAG, "lag_s", lambda lag: held.log.sheets(younger(held.aged, lag), held.late)))
     if "current_limit" not in taken:
-        found += _limit(held)
+        found += _limit(held, max((f.gain for f in steps), default=0.0))
     return found
 
 
@@ -272,10 +273,8 @@ def _clock(held: Held, term: str, name: str, sheets: Callable[[float], list[Shee
     return LawFinding(term, {name: float(best)}, None, held.gain(least) - 3, share, spread)
 
 
-def _limit(held: Held) -> list[LawFinding]:
-    """A limit that the drive keeps although the law asks for more."""
-    steps = _steps(held, [against(sheet, held.findings)[1] for sheet in held.sheets])
-    step = max((f.gain for f in steps), default=0.0)
+def _limit(held: Held, step: float) -> list[LawFinding]:
+    """A limit that the drive keeps although the law asks for more; for `step` see `_plateau`."""
     trials = (_plateau(held, depth, step, rule) for rule in RULES_AT_A_LIMIT for depth in DEPTHS)
     found = [f for f in trials if f is not None]
     most = max((f.gain for f in found), default=0.0)

@@ -12,6 +12,7 @@ from scipy.signal import savgol_filter
 
 from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
+from gsfdi.packed import values_of
 from gsfdi.reconcile.gaps import at_corners, at_jolts, beside_lost
 from gsfdi.reconcile.sensing import setpoint_rate
 from gsfdi.types import Array, JointRecord, Mask
@@ -135,11 +136,11 @@ def sheet_of(
     unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record, winds)[keep]
     braking = -law.derivative * velocity[keep]
     growth = np.diff(parts["integral"], prepend=0.0)  # from row to row that is kept, over those that are not
-    drive = min((use.values["limit_a"] for use in model.physics if use.term == "current_limit"), default=np.inf)
+    drive = min((values_of(use)[0] for use in model.physics if use.term == "current_limit"), default=np.inf)
     limit = min(law.limit, drive)
     own = law.limit <= drive
     sheet = Sheet(t[keep], effort[keep], parts, unheld, growth, rate[keep], braking, limit, OWN if own else "goes_on")
-    return sheet if limit_of(sheet, ()) is None or not own else min(as_likely(sheet), key=energy)
+    return at_rest(sheet) if own and limit_of(sheet, ()) is not None else sheet
 
 
 def younger(law: Controller, lag: float) -> Controller:
@@ -208,14 +209,12 @@ def limit_of(sheet: Sheet, findings: Sequence[LawFinding]) -> tuple[float, Windu
     return min([*known, *found], default=None)
 
 
-def as_likely(sheet: Sheet) -> list[Sheet]:
-    """The sheet under either rule by which a law's integral waits at its own limit, of which no model says which."""
-    return [replace(sheet, windup=rule) for rule in (OWN, "rests")]
-
-
-def energy(sheet: Sheet) -> float:
-    """Sum of the squares of what the law leaves."""
-    return float(np.sum(centred(*against(sheet, ())) ** 2))
+def at_rest(sheet: Sheet) -> Sheet:
+    """The sheet by the likelier rule of how the integral waits at the law's own limit, of which no model says which."""
+    rules: tuple[Windup, ...] = (OWN, "rests")
+    return min(
+        (replace(sheet, windup=rule) for rule in rules), key=lambda one: float(np.sum(misfits([one], ())[0] ** 2))
+    )
 
 
 def _waiting(sheet: Sheet, limit: float, windup: Windup) -> Array:

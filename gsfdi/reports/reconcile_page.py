@@ -73,7 +73,7 @@ def named(term: Fields) -> str:
     >>> named({"term": "cogging", "parameters": {"order": {"value": 7.0}}})
     'cogging of order 7'
     """
-    side, order = term.get("side"), term.get("parameters", {}).get("order")
+    side, order = term.get("side"), (term.get("parameters") or {}).get("order")
     wave = f" of order {order['value']:.4g}" if order else ""
     return words(term.get("term", "?")) + wave + (f" ({side} side)" if side else "")
 
