@@ -30,7 +30,18 @@ from gsfdi.reconcile.finalists import (
     settled_onset,
 )
 from gsfdi.reconcile.forms import relawed, reshaped, retuned
-from gsfdi.reconcile.hand import Round, from_below, leaves_nothing, likelier, missing, settle, started
+from gsfdi.reconcile.hand import (
+    Round,
+    Turn,
+    coarse,
+    from_below,
+    leaves_nothing,
+    likelier,
+    missing,
+    refined,
+    settle,
+    started,
+)
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
@@ -51,6 +62,8 @@ CLEAR = 2.0
 """Times its bar that a settled finalist gains which goes before any that gains less."""
 FAR = 0.5
 """Share of the gain of one that leaves a trifle below which a rival is not given other shapes."""
+ROUGHLY = 0.5
+"""Part of its gain that a finalist has at least after its first turn; most have nine tenths."""
 SETTLED = 4
 """Finalists that are settled at most."""
 TRIVIAL = 0.02
@@ -72,6 +85,8 @@ class Contest:
     winner: Entry | None
     trials: int
     smallest: tuple[Smallest, ...] = ()
+    beyond: frozenset[tuple[str, str | None]] = frozenset()
+    """Terms and sides that came nowhere near the winner, though each was fitted under the noise that suits it."""
 
 
 def compete(
@@ -206,11 +221,14 @@ def contend(
     ranked.sort(key=merit, reverse=True)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
     best: tuple[tuple[bool, float], Entry, Round] | None = None
+    beyond = set[tuple[str, str | None]]()
     for entry in distinct([e for e in near if merit(e) > min(e.bar, WORTH)], SETTLED, onsets=False):
         assert entry.fitted is not None
         term, last = shelf_terms[entry.offer.term], len(hand.fitted.model.physics)
-        settled = settle(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
-        if best and is_beyond(best[2], settled, hand, floor):
+        turn = coarse(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
+        settled = None if best and is_beyond(best[2], turn, hand, floor, ROUGHLY) else refined(turn, floor)
+        if settled is None or (best and is_beyond(best[2], settled, hand, floor)):
+            beyond.add((entry.offer.term, entry.offer.side))
             continue
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
@@ -229,12 +247,15 @@ def contend(
     entries = (*ranked, *screening.entries)
     if best is None:
         return undecided(hand, screening, entries, shelf_terms), None
-    return Contest(entries, best[1], trials), from_below(best[2], floor)
+    return Contest(entries, best[1], trials, beyond=frozenset(beyond)), from_below(best[2], floor)
 
 
-def is_beyond(best: Round, rival: Round, hand: Round, floor: Array) -> bool:
-    """Whether no other onset or shape of the rival brings it up to the best, which explains all, or nearly all."""
-    gained, most = likelier(rival, hand), likelier(best, hand)
+def is_beyond(best: Round, rival: Round | Turn, hand: Round, floor: Array, part: float = 1.0) -> bool:
+    """Whether no other onset or shape of the rival brings it up to the best, which explains all, or nearly all.
+
+    A rival that has gained no more than a `part` of what it may must be the farther behind.
+    """
+    gained, most = likelier(rival, hand), part * likelier(best, hand)
     if leaves_nothing(best, floor):
         return gained < most
     return gained < FAR * most and missing(best, floor) < TRIVIAL * missing(hand, floor)

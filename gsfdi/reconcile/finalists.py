@@ -155,13 +155,13 @@ def matters(hand: Round, entry: Entry) -> bool:
     return bool(alone > MATERIAL) and size_of(hand, entry.fitted) > least
 
 
-def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
-    """Whether the last term would be more than is plausible: its size, or what it slips over, may go no farther.
+def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm], place: int = -1) -> bool:
+    """Whether a term, or the last, would be more than is plausible: its size, or what it slips over, may go no farther.
 
     Nor may it stretch a detail of another term so far that this stands for what has a name of its own.
     """
-    last = len(fitted.model.physics) - 1
-    term = fitted.model.physics[last].term
+    place %= len(fitted.model.physics)
+    term = fitted.model.physics[place].term
     size = shelf_terms[term].params[0]
 
     def ends(knob: Knob) -> list[float]:
@@ -171,7 +171,7 @@ def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
         return [getattr(knob, end)] if end else []
 
     return is_stretched(fitted) or any(
-        knob.place == last and any(abs(value - end) < 1e-6 * knob.scale for end in ends(knob))
+        knob.place == place and any(abs(value - end) < 1e-6 * knob.scale for end in ends(knob))
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )
 

@@ -110,8 +110,38 @@ def around(hand: Round, fitted: Fitted) -> Round:
 
 def settle(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array) -> Round:
     """Fit the knobs and estimate the process noise in turns, from coarse to fine."""
+    return refined(coarse(stand, model, knobs, floor), floor)
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A model fitted under one noise, what it leaves, and the noise that suits that [N m]."""
+
+    stand: Bench
+    fitted: Fitted
+    innovations: list[Array]
+    torque: Array
+
+
+def coarse(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array) -> Turn:
+    """Take the first turn: fit the knobs under the noise that `model` leaves, both sides alike."""
     near = process_noise(stand, [e[0] for e in stand.innovations([model])], floor)
-    return _in_turns(stand, model, knobs, floor, near, (False, True, True))
+    return _turn(stand, model, knobs, floor, near, None)
+
+
+def refined(first: Turn, floor: Array) -> Round:
+    """Take the finer turns."""
+    return _in_turns(first.stand, first.fitted.model, first.fitted.knobs, floor, first.torque)
+
+
+def _turn(
+    stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array, around: Array | None
+) -> Turn:
+    """Fit under noise `near` and estimate it anew, `around` a known one or anywhere."""
+    stand = stand.rebased(near, model)
+    fitted = fit_knobs(misfit_under(stand, stand.whiteners(near)), model, knobs, 5, tolerance=ROUGHLY)
+    innovations = [e[0] for e in stand.innovations([fitted.model])]
+    return Turn(stand, fitted, innovations, process_noise(stand, innovations, floor, around))
 
 
 def leaves_nothing(hand: Round, floor: Array) -> bool:
@@ -133,22 +163,19 @@ def from_below(hand: Round, floor: Array) -> Round:
     if not small or leaves_nothing(hand, floor) or not sticks(hand.fitted.model):
         return hand
     low = np.maximum(floor, 0.1 * hand.torque)
-    other = _in_turns(hand.stand, hand.fitted.model, hand.fitted.knobs, floor, low, (True, True))
+    other = _in_turns(hand.stand, hand.fitted.model, hand.fitted.knobs, floor, low)
     return other if likelier(other, hand) > 0 else hand
 
 
-def _in_turns(
-    stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array, turns: Sequence[bool]
-) -> Round:
-    """Fit under a noise near `near` and estimate it anew, in turns that are finer or not, until a finer one holds."""
-    for finer in turns:
-        stand = stand.rebased(near, model)
-        fitted = fit_knobs(misfit_under(stand, stand.whiteners(near)), model, knobs, 5, tolerance=ROUGHLY)
-        model, before = fitted.model, near
-        innovations = [e[0] for e in stand.innovations([model])]
-        near = process_noise(stand, innovations, floor, near if finer else None)
-        known = fitted.jacobian if np.array_equal(before, near) else None
-        if finer and known is not None:
+def _in_turns(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array) -> Round:
+    """Fit under a noise near `near` and estimate it anew, twice unless it holds, and lay out what was found."""
+    known = None
+    for _ in range(2):
+        turn = _turn(stand, model, knobs, floor, near, near)
+        holds = np.array_equal(near, turn.torque)
+        model, near = turn.fitted.model, turn.torque
+        if holds:
+            known = turn.fitted.jacobian
             break
     stand = stand.rebased(near, model)
     tools = stand.whiteners(near)
@@ -162,6 +189,6 @@ def sticks(model: JointModel) -> bool:
     return any(terms[use.term].place == "dry" for use in model.physics)
 
 
-def likelier(new: Round, old: Round) -> float:
+def likelier(new: Round | Turn, old: Round) -> float:
     """Log-likelihood that `new` gains upon `old`, each under the process noise that suits it best."""
     return surprise(old.stand, old.innovations, old.torque) - surprise(new.stand, new.innovations, new.torque)

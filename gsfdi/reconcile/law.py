@@ -79,6 +79,7 @@ def check_law(records: Sequence[JointRecord], model: JointModel, most: int = 2) 
     others = (
         replace(model, controller=replace(law, integral_rule=rule)) for rule in RULES if rule != law.integral_rule
     )
+    most = most if found.findings else 0  # by whatever rule, nothing is found where the model's own lacks nothing
     checks = [check for other in others if (check := checked(records, other, most)) is not None and check.is_exact]
     best = max(checks, key=lambda check: check.likelier(found), default=found)
     return best if best.likelier(found) > HARDLY else found

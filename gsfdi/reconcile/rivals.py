@@ -59,7 +59,7 @@ def rivals(
     others = (*hand.fitted.model.physics[:place], *hand.fitted.model.physics[place + 1 :])
     keep = [i for i, k in enumerate(hand.fitted.knobs) if k.place != place]
     rest = [replace(k, place=k.place - (k.place > place)) for k in (hand.fitted.knobs[i] for i in keep)]
-    found, moot = [], moot_by_shift(hand.fitted)
+    found, moot, ended = [], moot_by_shift(hand.fitted), is_at_bound(hand.fitted, shelf_terms, place)
     finalists = [entry for entry in contest.entries if entry.fitted is not None]
     for entry in (*finalists, *unfitted_likes(own, contest)):
         if entry.offer.term in moot or not may_replace(entry, own, others, given, shelf_terms):
@@ -77,7 +77,9 @@ def rivals(
         fitted = fit_knobs(hand.misfit, model, knobs, 4, known)
         if use.onset is not None and fitted.cost - hand.fitted.cost < 10 * hopeless:
             fitted = refined_onset(hand, fitted, len(model.physics) - 1, hand.stand.scales.seconds / ONSETS, known)
-        if fitted.cost - hand.fitted.cost > hopeless and frozenset({own.term, use.term}) in CONFUSED:
+        beyond = (entry.offer.term, entry.offer.side) in contest.beyond
+        alike = ended or frozenset({own.term, use.term}) in CONFUSED
+        if fitted.cost - hand.fitted.cost > hopeless and alike and not beyond:
             # under the noise of a model that lacks nothing, a joint that sticks keeps a fit from going far
             fitted = settle(hand.stand, model, knobs, effort_floor(hand.stand)).fitted
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 4)
