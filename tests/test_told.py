@@ -202,3 +202,13 @@ def test_an_effort_that_acts_late_shares_less_of_its_noise_with_the_speed_it_tel
     late = replace(MODEL, physics=(TermUse("actuation_delay", {"delay_s": 0.01 * ticks}),))
     whole = shared_noise(MODEL, "motor_current", 15.0)
     assert shared_noise(late, "motor_current", 15.0) == pytest.approx(share * whole)
+
+
+@pytest.mark.parametrize(("seed", "share"), [(2, 0.97), (3, 0.9), (4, 0.97)])
+def test_a_limit_at_which_the_integral_waits_is_no_bias_that_sets_in(seed: int, share: float) -> None:
+    limit = share * float(np.max(np.abs(unseen(MODEL, seed)["motor_current"])))
+    assert MODEL.controller is not None
+    limited = replace(MODEL, controller=replace(MODEL.controller, limit=limit))
+    (entry,) = reconcile([unseen(limited, seed)], MODEL).omitted_physics
+    assert entry["term"] == "current_limit"
+    assert entry["parameters"]["limit_a"]["value"] == pytest.approx(limit, rel=3e-3)

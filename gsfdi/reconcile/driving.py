@@ -13,7 +13,8 @@ from gsfdi.reconcile.hush import hushed
 from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.sensing import FAR, effort_noise, seen_noise
-from gsfdi.reconcile.told import told
+from gsfdi.reconcile.told import Told, told
+from gsfdi.reconcile.waiting import between_stays
 from gsfdi.types import JointRecord
 
 HALF = 0.5**0.5
@@ -52,11 +53,21 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         leveled = replace(model, sensors=silent, physics=(*model.physics, *levels(stand)))
         return Driving(exact, leveled, level=level_doubt(stand))
     if law is not None:
-        heard = told(stand.records, model) if telling and law.derivative_delay == 0 else None
+        heard = heard_by(stand, model, law) if telling and law.derivative_delay == 0 else None
         return Driving(None, model) if heard is None else Driving(heard.records, heard.model, lever=heard.lever)
     if stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:
         return Driving(quiet.records, quiet.model)
     return Driving(None, with_effort_noise(model, None, stand))
+
+
+def heard_by(stand: Bench, model: JointModel, law: LawCheck) -> Told | None:
+    """Let the law tell the speed, from each time anew that its integral has waited at a limit."""
+    limit = next((f.values["limit_a"] for f in law.findings if f.term == "current_limit"), None)
+    if limit is None or model.controller is None:
+        return told(stand.records, model)
+    pieces = between_stays(stand.records, limit, stand.scales.period)
+    heard = told(pieces, replace(model, controller=replace(model.controller, limit=np.inf)))
+    return heard and replace(heard, model=replace(heard.model, controller=model.controller))
 
 
 def levels(stand: Bench) -> list[TermUse]:

@@ -119,8 +119,19 @@ def likelier_law(finding: LawFinding, other: Round, first: Round) -> float:
     """Log-likelihood that the opening gains by what a finding makes of it."""
     if other.stand.lever == 0:  # the data are no longer the same
         return finding.gain
+    first = over_the_same(first, other)
     told = sum(float(first.stand.awake(i).sum()) / 2 for i in range(len(first.stand.records)))
     return likelier(other, first) + told * float(np.log(other.stand.lever / first.stand.lever))
+
+
+def over_the_same(first: Round, other: Round) -> Round:
+    """Give the round in which no samples count but those that do in another, which may have left some out."""
+    stand, rows = first.stand, len(first.stand.system.rows)
+    used = [r.t[other.stand.awake(i)[::rows] > 0] for i, r in enumerate(other.stand.records)]
+    counts = tuple(
+        stand.awake(i) * np.repeat(np.isin(r.t, np.concatenate(used)), rows) for i, r in enumerate(stand.records)
+    )
+    return replace(first, stand=replace(stand, counts=counts))
 
 
 def is_better(gain: float, other: Round, first: Round, rival: Entry | None) -> bool:

@@ -13,13 +13,15 @@ from scipy.integrate import cumulative_trapezoid
 from gsfdi.drive import measured_velocity
 from gsfdi.model import JointModel
 from gsfdi.reconcile.bench import starts
+from gsfdi.reconcile.drifting import beside, drift_of, gained, line_over, position_of
 from gsfdi.reconcile.hand import Round, orthonormal
 from gsfdi.reconcile.law import COARSE, SURE
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.sensing import setpoint_rate, shown_speed
 from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.reconcile.ticks import READ
-from gsfdi.simulate import replay, replay_many
+from gsfdi.reconcile.waiting import suspect_limit
+from gsfdi.simulate import Trace, replay, replay_many
 from gsfdi.types import Array, JointRecord
 from gsfdi.whiten import observed, respond, steady_gain
 
@@ -44,7 +46,8 @@ def suspects(first: Round) -> list[LawFinding]:
         return []
     best: LawFinding | None = None
     most = SURE
-    J, residual, seen = orthonormal(first), first.fitted.residual, speeds(first)
+    J, residual, seen_by = orthonormal(first), first.fitted.residual, shadows(first)
+    seen = [shown_speed(shadow, first.fitted.model) for shadow in seen_by]
     for term, column in columns(first, seen).items():
         bare = beside(J, column)
         info = float(bare @ bare)
@@ -60,7 +63,8 @@ def suspects(first: Round) -> list[LawFinding]:
             read = READ * first.stand.scales.period if term in CLOCKS else 0.0
             spread = float(np.hypot(info**-0.5, read))
             most, best = gain - more, LawFinding(term, valued(term, size), None, gain, share, spread)
-    found = [f for f in (suspect_step(first), best, suspect_drift(first, seen)) if f is not None]
+    others = (suspect_limit(first, seen_by), suspect_step(first), best, suspect_drift(first, seen))
+    found = [f for f in others if f is not None]
     found.sort(key=lambda f: -f.share)
     return [f for place, f in enumerate(found) if f.term not in {g.term for g in found[:place]}]
 
@@ -113,29 +117,6 @@ def is_usable(first: Round) -> bool:
     return bool(np.all(first.torque < UNUSABLE * first.stand.scales.torque))
 
 
-def drift_of(record: JointRecord, first: Round) -> tuple[Array, Array]:
-    """Time, and the way that the told speed would have covered less that of the positions."""
-    position, speed = record["position"], measured_velocity(record, first.stand.model)
-    good = np.isfinite(position) & np.isfinite(speed)
-    t, speed = record.t[good], speed[good]
-    return t, cumulative_trapezoid(speed, t, initial=0) / first.stand.scales.turns - position[good]
-
-
-def line_over(t: Array) -> Array:
-    """Orthonormal columns ``(n, 2)`` that span every straight line over time."""
-    return np.asarray(np.linalg.qr(np.column_stack([np.ones(len(t)), t]))[0])
-
-
-def beside(basis: Array, values: Array) -> Array:
-    """Give values less what orthonormal columns can take over of them."""
-    return np.asarray(values - basis @ (basis.T @ values))
-
-
-def gained(share: float, samples: int) -> float:
-    """Log-likelihood gained where a share of what is left over so many samples is explained."""
-    return 0.5 * samples * float(np.log(1.0 / max(1.0 - share, 1e-12)))
-
-
 def bent(t: Array, values: Array) -> tuple[float, float, float]:
     """Where a line with one bend fits best, how much its slope changes there, and the share that this explains."""
     line = line_over(t)
@@ -173,8 +154,8 @@ def valued(term: str, size: float) -> dict[str, float]:
 def columns(first: Round, seen: Sequence[Array]) -> dict[str, Array]:
     """White innovations that each part of the law leaves where it is off, by term, without the sensors' noise.
 
-    `seen` is the speed by stretch (see `speeds`). That a current on a wrong scale drives the model, too, the torque
-    constant takes over.
+    `seen` is the speed by stretch that `shadows` show. That a current on a wrong scale drives the model, too, the
+    torque constant takes over.
     """
     stand, model = first.stand, first.fitted.model
     there = {use.term for use in model.physics}
@@ -219,20 +200,13 @@ def quiet(first: Round, i: int, speed: Array) -> tuple[JointRecord, Array]:
     return replace(record, channels={**record.channels, **shown}), shown_speed(trace, model)
 
 
-def position_of(record: JointRecord) -> Array:
-    """Recorded position, on lines where samples are lost."""
-    present = np.isfinite(record["position"])
-    return np.interp(record.t, record.t[present], record["position"][present])
-
-
-def speeds(first: Round) -> list[Array]:
-    """Speed of the joint's side of the gear, by stretch, as an observer has it that sees the position alone."""
+def shadows(first: Round) -> list[Trace]:
+    """The joint, by stretch, as an observer has it that sees the position alone."""
     stand, model = first.stand, first.fitted.model
     seen = observed(model, stand.scales.period, (float(stand.system.R[0]), float("inf")))
     spread = np.maximum(QUIET * effort_floor(stand), CALM * stand.scales.torque)
     gain = steady_gain(seen, spread)
-    found = []
-    for i, drive in enumerate(stand.drives):
-        trace = replay_many([model], drive, "predict", gain=gain, x0=starts([model], drive, i))[0]
-        found.append(shown_speed(trace, model))
-    return found
+    return [
+        replay_many([model], drive, "predict", gain=gain, x0=starts([model], drive, i))[0]
+        for i, drive in enumerate(stand.drives)
+    ]
