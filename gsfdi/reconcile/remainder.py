@@ -67,14 +67,31 @@ def _smooth(A, C, K, G, known, e, fresh):  # type: ignore[no-untyped-def]
     """Steady Kalman filter and its smoother; `known` is how the innovations themselves entered the observer's error."""
     n, nx = len(e), A.shape[0]
     before, after = np.zeros((n, nx)), np.zeros((n, nx))
-    x = np.zeros(nx)
+    x, inner, ahead = np.zeros(nx), np.zeros(e.shape[1]), np.zeros(nx)
     for k in range(n):
         if fresh[k]:
             x[:] = 0.0
         before[k] = x
-        after[k] = x + K @ (e[k] - C @ x)
-        x = A @ after[k] - known @ e[k]
+        inner[:] = e[k]
+        _add(C, x, -1.0, inner)
+        _add(K, inner, 1.0, x)
+        after[k] = x
+        x[:] = 0.0
+        _add(A, after[k], 1.0, x)
+        _add(known, e[k], -1.0, x)
     for k in range(n - 2, -1, -1):
         if not fresh[k + 1]:
-            after[k] += G @ (after[k + 1] - before[k + 1])
+            for a in range(nx):
+                ahead[a] = after[k + 1, a] - before[k + 1, a]
+            _add(G, ahead, 1.0, after[k])
     return after
+
+
+@numba.njit(cache=True)
+def _add(A, x, sign, out):  # type: ignore[no-untyped-def]
+    """Add ``± A x``; numba's own products of small matrices take most of their time for being called."""
+    for a in range(A.shape[0]):
+        total = 0.0
+        for b in range(A.shape[1]):
+            total += A[a, b] * x[b]
+        out[a] += sign * total
