@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from gsfdi.fit import Fitted
-from gsfdi.model import TermUse
+from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import Contest
 from gsfdi.reconcile.finalists import KNOB_COST, is_at_bound, is_chance
-from gsfdi.reconcile.hand import Round, settle, with_term
+from gsfdi.reconcile.hand import Round, settle, sticks, with_term
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.say import CONFUSED
@@ -73,13 +73,12 @@ def rivals(
             use = replace(use, onset=own.onset)  # what happened then is the question, not when
         model = with_term(replace(hand.fitted.model, physics=others), use)
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
-        known = hand.fitted.jacobian[:, keep]
-        fitted = fit_knobs(hand.misfit, model, knobs, 4, known)
+        known, beyond = hand.fitted.jacobian[:, keep], (entry.offer.term, entry.offer.side) in contest.beyond
+        fitted = fit_knobs(hand.misfit, model, knobs, 1 if beyond else 4, known)
         if use.onset is not None and fitted.cost - hand.fitted.cost < 10 * hopeless:
             fitted = refined_onset(hand, fitted, len(model.physics) - 1, hand.stand.scales.seconds / ONSETS, known)
-        beyond = (entry.offer.term, entry.offer.side) in contest.beyond
         alike = ended or frozenset({own.term, use.term}) in CONFUSED
-        if fitted.cost - hand.fitted.cost > hopeless and alike and not beyond:
+        if fitted.cost - hand.fitted.cost > hopeless and alike and not beyond and may_stick(model, own, shelf_terms):
             # under the noise of a model that lacks nothing, a joint that sticks keeps a fit from going far
             fitted = settle(hand.stand, model, knobs, effort_floor(hand.stand)).fitted
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 4)
@@ -88,6 +87,12 @@ def rivals(
         if not is_at_bound(fitted, shelf_terms):
             found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
     return found
+
+
+def may_stick(model: JointModel, own: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
+    """Whether a joint may stick with the last term of `model` in the place of `own`: not where a wave replaces one."""
+    waves = (shelf_terms[use.term].order is not None for use in (own, model.physics[-1]))
+    return sticks(model) or not all(waves)
 
 
 def turning_like(own: TermUse, other: TermUse) -> TermUse:
