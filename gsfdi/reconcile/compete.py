@@ -62,8 +62,8 @@ CLEAR = 2.0
 """Times its bar that a settled finalist gains which goes before any that gains less."""
 FAR = 0.5
 """Share of the gain of one that leaves a trifle below which a rival is not given other shapes."""
-ROUGHLY = 0.5
-"""Part of its gain that a finalist has at least after its first turn; most have nine tenths."""
+EARLY = 0.5
+"""Part of its gain that a finalist has at least after its first turn; on three joints they had nine tenths."""
 SETTLED = 4
 """Finalists that are settled at most."""
 TRIVIAL = 0.02
@@ -226,7 +226,7 @@ def contend(
         assert entry.fitted is not None
         term, last = shelf_terms[entry.offer.term], len(hand.fitted.model.physics)
         turn = coarse(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
-        settled = None if best and is_beyond(best[2], turn, hand, floor, ROUGHLY) else refined(turn, floor)
+        settled = None if best and is_beyond(best[2], turn, hand, floor, EARLY) else refined(turn, floor)
         if settled is None or (best and is_beyond(best[2], settled, hand, floor)):
             beyond.add((entry.offer.term, entry.offer.side))
             continue

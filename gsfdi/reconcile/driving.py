@@ -66,6 +66,8 @@ def heard_by(stand: Bench, model: JointModel, law: LawCheck) -> Told | None:
     if limit is None or model.controller is None:
         return told(stand.records, model)
     pieces = between_stays(stand.records, limit, stand.scales.period)
+    if not pieces:
+        return None
     heard = told(pieces, replace(model, controller=replace(model.controller, limit=np.inf)))
     return heard and replace(heard, model=replace(heard.model, controller=model.controller))
 

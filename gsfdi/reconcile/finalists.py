@@ -155,12 +155,16 @@ def matters(hand: Round, entry: Entry) -> bool:
     return bool(alone > MATERIAL) and size_of(hand, entry.fitted) > least
 
 
-def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm], place: int = -1) -> bool:
-    """Whether a term, or the last, would be more than is plausible: its size, or what it slips over, may go no farther.
+def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
+    """Whether the last term would be more than is plausible, or stretches a detail of another term as far as may be.
 
-    Nor may it stretch a detail of another term so far that this stands for what has a name of its own.
+    So stretched a detail stands for what has a name of its own.
     """
-    place %= len(fitted.model.physics)
+    return is_stretched(fitted) or has_ended(fitted, shelf_terms, len(fitted.model.physics) - 1)
+
+
+def has_ended(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm], place: int) -> bool:
+    """Whether the size of the term at `place`, or what it slips over, may go no farther."""
     term = fitted.model.physics[place].term
     size = shelf_terms[term].params[0]
 
@@ -170,7 +174,7 @@ def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm], place: i
         end = ENDS.get((term, knob.name))
         return [getattr(knob, end)] if end else []
 
-    return is_stretched(fitted) or any(
+    return any(
         knob.place == place and any(abs(value - end) < 1e-6 * knob.scale for end in ends(knob))
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )

@@ -135,13 +135,13 @@ def refined(first: Turn, floor: Array) -> Round:
 
 
 def _turn(
-    stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array, around: Array | None
+    stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array, about: Array | None
 ) -> Turn:
-    """Fit under noise `near` and estimate it anew, `around` a known one or anywhere."""
+    """Fit under noise `near` and estimate it anew, `about` a known one or anywhere."""
     stand = stand.rebased(near, model)
     fitted = fit_knobs(misfit_under(stand, stand.whiteners(near)), model, knobs, 5, tolerance=ROUGHLY)
     innovations = [e[0] for e in stand.innovations([fitted.model])]
-    return Turn(stand, fitted, innovations, process_noise(stand, innovations, floor, around))
+    return Turn(stand, fitted, innovations, process_noise(stand, innovations, floor, about))
 
 
 def leaves_nothing(hand: Round, floor: Array) -> bool:

@@ -7,7 +7,7 @@ from gsfdi.fit import Fitted
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import Contest
-from gsfdi.reconcile.finalists import KNOB_COST, is_at_bound, is_chance
+from gsfdi.reconcile.finalists import KNOB_COST, has_ended, is_at_bound, is_chance
 from gsfdi.reconcile.hand import Round, settle, sticks, with_term
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.noise import effort_floor
@@ -59,7 +59,7 @@ def rivals(
     others = (*hand.fitted.model.physics[:place], *hand.fitted.model.physics[place + 1 :])
     keep = [i for i, k in enumerate(hand.fitted.knobs) if k.place != place]
     rest = [replace(k, place=k.place - (k.place > place)) for k in (hand.fitted.knobs[i] for i in keep)]
-    found, moot, ended = [], moot_by_shift(hand.fitted), is_at_bound(hand.fitted, shelf_terms, place)
+    found, moot, ended = [], moot_by_shift(hand.fitted), has_ended(hand.fitted, shelf_terms, place)
     finalists = [entry for entry in contest.entries if entry.fitted is not None]
     for entry in (*finalists, *unfitted_likes(own, contest)):
         if entry.offer.term in moot or not may_replace(entry, own, others, given, shelf_terms):

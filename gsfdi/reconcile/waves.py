@@ -38,7 +38,7 @@ ALONG = np.concatenate([np.geomspace(1.0, 12.0, 32), np.arange(13.0, 46.0)])
 def worthy_orders(hand: Round, most: int = MOST) -> Mapping[str, tuple[float, ...]]:
     """Orders to try for every term that is a wave; the best `most` of each."""
     stand = hand.stand
-    states = [trace.state for trace in stand.traces(hand.fitted.model)]
+    states = [np.nan_to_num(trace.state) for trace in stand.traces(hand.fitted.model)]
     waves = [term for term in shelf("gsfdi.terms", PhysicsTerm).values() if term.order is not None]
     return {
         term.name: _best(hand, term.place, states, most) for term in waves if stand.model.structure in term.structures
@@ -61,10 +61,7 @@ def _promising(hand: Round, place: Place, states: list[Array], orders: Array) ->
     ends = np.cumsum([len(stand.awake(i)) for i in range(len(states))])
     scores, information = np.zeros(len(orders), dtype=np.complex128), np.zeros(len(orders))
     for i, (x, rest) in enumerate(zip(states, np.split(left, ends[:-1]), strict=True)):
-        effort = stand.records[i][stand.records[i].effort] / stand.scales.effort
-        size = np.nan_to_num(effort) if place == "torque_constant" else np.ones(len(x))
-        answer = _answer(hand, "torque" if place == "torque_constant" else place, i)
-        angle = _angle(stand, place, x)
+        answer, angle, size = _answer(hand, place, i), _angle(stand, place, x), _size(stand, place, i)
         rests = zip(rest.reshape(len(x), -1).T, answer.T, strict=True)
         scores += _sorted(angle, size * sum(_backwards(*pair) for pair in rests), orders, stand.model.axis)
         information += _passed(answer, np.gradient(angle), size, orders)
@@ -77,7 +74,7 @@ def _answer(hand: Round, place: Place, i: int) -> Array:
     stand, n = hand.stand, len(hand.stand.steps[i])
     impulse = np.zeros((1, n))
     impulse[0, n // 2] = 1.0
-    torque, sensed = _acting(stand, place, i, impulse)
+    torque, sensed = _acting(stand, place, impulse)
     shown = hand.tools[i](respond(stand.system, stand.gain, torque, sensed, stand.steps[i]))[0]
     return np.asarray(shown.reshape(n, -1)[n // 2 :][:MEMORY])
 
@@ -119,8 +116,8 @@ def _signatures(hand: Round, place: Place, states: list[Array], orders: Array) -
         after = angle if on_joint else np.append(0.5 * (angle[1:] + angle[:-1]), angle[-1])
         turn = orders[:, None] * after
         shrink = 1.0 if on_joint else np.sinc(orders[:, None] * np.gradient(angle) / (2 * np.pi))
-        waves = np.concatenate([shrink * np.sin(turn), shrink * np.cos(turn)])
-        torque, sensed = _acting(stand, place, i, waves)
+        waves = _size(stand, place, i) * np.concatenate([shrink * np.sin(turn), shrink * np.cos(turn)])
+        torque, sensed = _acting(stand, place, waves)
         parts.append(respond(stand.system, stand.gain, torque, sensed, stand.steps[i]))
     return stand.white(parts, hand.tools)
 
@@ -140,16 +137,19 @@ def _grid(stand: Bench, on_joint: bool) -> Array:
     return np.arange(first, max(first + 1.0, min(100.0, 0.9 * fastest)) + 1.0)
 
 
-def _acting(stand: Bench, place: Place, i: int, waves: Array) -> tuple[Array, Array]:
+def _size(stand: Bench, place: Place, i: int) -> Array:
+    """Size of a wave at a term's place from sample to sample: that of a torque constant goes with the effort."""
+    effort = stand.records[i][stand.records[i].effort]
+    return np.nan_to_num(effort) / stand.scales.effort if place == "torque_constant" else np.ones(len(effort))
+
+
+def _acting(stand: Bench, place: Place, waves: Array) -> tuple[Array, Array]:
     """Torque and sensor error that waves at a term's place make, in the sizes of the bench."""
     sides = stand.system.Bt.shape[1]
     torque, sensed = np.zeros((*waves.shape, sides)), np.zeros((*waves.shape, 2))
     size = 0.1 * stand.scales.torque
-    if place == "torque":
+    if place in ("torque", "torque_constant"):
         torque[..., 0] = size * waves
-    elif place == "torque_constant":
-        record = stand.records[i]
-        torque[..., 0] = size * waves * np.nan_to_num(record[record.effort]) / stand.scales.effort
     elif place == "windup":
         torque[..., 0], torque[..., -1] = -size * waves, size * waves
     else:
