@@ -138,6 +138,8 @@ SURPLUS = 5.0
 """Standard deviations by which the highest efforts are asked to be higher yet, where each is known to no better."""
 OWN = 1e-3
 """Share of a limit by which it must lie below the law's own."""
+MEDIAN = 1.2533
+"""Standard deviations that a median of normal values has, over the root of their number."""
 CLOSE = 2.2
 """Widths of their densest half within which nearly all normal values lie: three of their standard deviations."""
 EXACT = 1.3
@@ -296,12 +298,14 @@ def _plateau(held: Held, depth: float, step: float, windup: Windup) -> LawFindin
     hardly = bool(np.mean(over[near]) < 0.3)
     if near.sum() < 3 or (hardly and (step < SURE or windup == "goes_on")):
         return None
-    width = max(float(np.std(effort[near])), 1e-9 * limit)
-    spread = width / float(np.sqrt(near.sum()))
-    if over.sum() > 10:
-        limit, width = densest(effort[over]), spread
+    plain, at_it, width = over.sum() > 10, effort[near], max(float(np.std(effort[near])), 1e-9 * limit)
+    if plain:
+        at_it = effort[over]
+        limit, width = densest(at_it), width / float(np.sqrt(near.sum()))
     limit, rest = _to_the_sample(held, limit, width, windup)
     beyond, errs, gain = _asked(held, limit, windup) - limit, float(np.sqrt(rest / held.samples)), held.gain(rest) + 2.0
+    scatter = float(np.std(at_it)) if plain else max(width, errs)  # the highest few scatter less than their noise
+    spread = MEDIAN * scatter / float(np.sqrt(len(at_it)))
     met = begun & (beyond > 0)
     if not met.any() or is_no_plateau(effort[met], limit, errs):
         return None

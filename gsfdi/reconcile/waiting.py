@@ -22,6 +22,7 @@ from gsfdi.reconcile.bench import WARM_UP
 from gsfdi.reconcile.drifting import beside, drift_of, gained, position_of
 from gsfdi.reconcile.gaps import stretches
 from gsfdi.reconcile.hand import Round
+from gsfdi.reconcile.law import MEDIAN
 from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.simulate import Trace
 from gsfdi.types import Array, JointRecord
@@ -52,7 +53,7 @@ def suspect_limit(first: Round, shadows: Sequence[Trace]) -> LawFinding | None:
     if explained < PLAIN * energy or not AS_MUCH[0] * explained < grown < AS_MUCH[1] * explained:
         return None
     limit, share = float(np.median(effort[near])), float(explained / energy)
-    spread = float(np.std(effort[near])) / float(np.sqrt(near.sum()))
+    spread = MEDIAN * float(np.std(effort[near])) / float(np.sqrt(near.sum()))
     return LawFinding("current_limit", {"limit_a": limit}, None, gained(share, len(effort)), share, spread)
 
 
