@@ -169,14 +169,13 @@ def from_below(hand: Round, floor: Array) -> Round:
 
 def _in_turns(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array) -> Round:
     """Fit under a noise near `near` and estimate it anew, twice unless it holds, and lay out what was found."""
-    known = None
     for _ in range(2):
         turn = _turn(stand, model, knobs, floor, near, near)
         holds = np.array_equal(near, turn.torque)
         model, near = turn.fitted.model, turn.torque
         if holds:
-            known = turn.fitted.jacobian
             break
+    known = turn.fitted.jacobian if holds else None
     stand = stand.rebased(near, model)
     tools = stand.whiteners(near)
     hand = lay_out(stand, tools, fit_knobs(misfit_under(stand, tools), model, knobs, 8, known))
