@@ -180,7 +180,7 @@ def matched(residual: Array, shape: Array, width: int, n: int) -> tuple[int, flo
 
     Both hold `width` innovations for each of the `n` samples. None where it stands elsewhere nearly as well.
     """
-    score = np.asarray(fftconvolve(residual, shape[::-1]))[len(shape) - 1 :: width]
+    score = beginning(residual, shape, width)
     shown = np.cumsum(shape**2)[np.minimum(width * np.arange(n, 0, -1), len(shape)) - 1]
     gains = 0.5 * score**2 / np.maximum(shown, 1e-300) * (shown > 0.5 * shown[0])  # at the end it hardly shows yet
     k, lasts = int(np.argmax(gains)), int(np.searchsorted(shown[::-1], 0.99 * shown[0]))
@@ -188,6 +188,11 @@ def matched(residual: Array, shape: Array, width: int, n: int) -> tuple[int, flo
     if not gains[k] > 0 or np.max(elsewhere, initial=0.0) > ONCE * gains[k]:
         return None
     return k, float(score[k] / shown[k]), float(gains[k])
+
+
+def beginning(residual: Array, shape: Array, width: int) -> Array:
+    """Score ``(n,)`` of `shape` in `residual` where it begins at each sample; both hold `width` values a sample."""
+    return np.asarray(fftconvolve(residual, shape[::-1]))[len(shape) - 1 :: width]
 
 
 def may_set_in(offer: Offer) -> bool:

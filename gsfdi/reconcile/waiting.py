@@ -90,7 +90,7 @@ def between_stays(records: Sequence[JointRecord], limit: float, period: float) -
     for record in records:
         effort = record[record.effort].copy()
         for stay in stays_of(record, HIGHEST * limit):
-            effort[max(0, stay[0] - LONGEST // 2) : stay[-1] + 1 + LONGEST // 2 + 1] = np.nan
+            effort[max(0, stay[0] - LONGEST // 2) : stay[-1] + LONGEST // 2 + 2] = np.nan
         found += stretches(replace(record, channels={**record.channels, record.effort: effort}), period, 2 * WARM_UP)
     return found
 

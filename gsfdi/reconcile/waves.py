@@ -10,12 +10,12 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.signal import fftconvolve
 
 from gsfdi.channels import Axis
 from gsfdi.motion import PhysicsTerm, Place
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.hand import Round, project
+from gsfdi.reconcile.screen import beginning
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 from gsfdi.whiten import respond
@@ -62,8 +62,8 @@ def _promising(hand: Round, place: Place, states: list[Array], orders: Array) ->
     scores, information = np.zeros(len(orders), dtype=np.complex128), np.zeros(len(orders))
     for i, (x, rest) in enumerate(zip(states, np.split(left, ends[:-1]), strict=True)):
         answer, angle, size = _answer(hand, place, i), _angle(stand, place, x), _size(stand, place, i)
-        rests = zip(rest.reshape(len(x), -1).T, answer.T, strict=True)
-        scores += _sorted(angle, size * sum(_backwards(*pair) for pair in rests), orders, stand.model.axis)
+        weights = size * beginning(rest, answer.ravel(), answer.shape[1])
+        scores += _sorted(angle, weights, orders, stand.model.axis)
         information += _passed(answer, np.gradient(angle), size, orders)
     gains = np.abs(scores) ** 2 / np.maximum(information, 1e-300)
     return orders[np.sort(np.argsort(-gains)[:FILTERED])]
@@ -77,11 +77,6 @@ def _answer(hand: Round, place: Place, i: int) -> Array:
     torque, sensed = _acting(stand, place, impulse)
     shown = hand.tools[i](respond(stand.system, stand.gain, torque, sensed, stand.steps[i]))[0]
     return np.asarray(shown.reshape(n, -1)[n // 2 :][:MEMORY])
-
-
-def _backwards(rest: Array, answer: Array) -> Array:
-    """What is left, sent backwards through the filter: how much of it goes with an impulse at each sample."""
-    return np.asarray(fftconvolve(rest, answer[::-1])[len(answer) - 1 :])
 
 
 def _sorted(angle: Array, weights: Array, orders: Array, axis: Axis) -> Array:
