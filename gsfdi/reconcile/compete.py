@@ -50,6 +50,7 @@ from gsfdi.reconcile.simpler import simplified
 from gsfdi.reconcile.smallest import Smallest, smallest
 from gsfdi.reconcile.ticks import is_as_likely, is_of_one_signal, shifted, shifted_as
 from gsfdi.reconcile.trifles import only_mends_flanks
+from gsfdi.reconcile.verify import strays
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -221,8 +222,9 @@ def contend(
     ranked.sort(key=merit, reverse=True)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
     best: tuple[tuple[bool, float], Entry, Round] | None = None
-    beyond = set[tuple[str, str | None]]()
-    for entry in distinct([e for e in near if merit(e) > min(e.bar, WORTH)], SETTLED, onsets=False):
+    beyond, scales = set[tuple[str, str | None]](), hand.stand.scales
+    at_once = scales.torque / scales.inertia * scales.period
+    for entry in to_settle([e for e in near if merit(e) > min(e.bar, WORTH)], shelf_terms):
         assert entry.fitted is not None
         term, last = shelf_terms[entry.offer.term], len(hand.fitted.model.physics)
         turn = coarse(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
@@ -232,11 +234,11 @@ def contend(
             continue
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
-        if likelier(settled, hand) <= 0:
+        if likelier(settled, hand) <= 0 or strays(hand.stand, hand.fitted.model, settled.fitted.model):
             continue
         settled = retuned(settled, last, term, floor)
         settled = reshaped(relawed(settled, last, term, floor), term, floor)
-        if is_at_bound(settled.fitted, shelf_terms) or only_turns(settled.fitted.model):
+        if is_at_bound(settled.fitted, shelf_terms) or only_turns(settled.fitted.model, at_once):
             continue
         gain, least = likelier(settled, hand) - cost_of(entry), settled_bar(settled, entry, trials)
         if merit(entry) < entry.bar and gain < least:
@@ -248,6 +250,19 @@ def contend(
     if best is None:
         return undecided(hand, screening, entries, shelf_terms), None
     return Contest(entries, best[1], trials, beyond=frozenset(beyond)), from_below(best[2], floor)
+
+
+def to_settle(ranked: Sequence[Entry], shelf_terms: Mapping[str, PhysicsTerm]) -> list[Entry]:
+    """The best entries of so many terms, and the best that is there from the start if all of these set in.
+
+    What a joint meets but once, as a stop at the end of its way, looks like much that sets in. Those that have gone as
+    far as is plausible come last: where three frictions are missing, a drive that moves hardly anything leads them all.
+    """
+    ranked = sorted(ranked, key=lambda e: e.fitted is not None and is_at_bound(e.fitted, shelf_terms))
+    found = distinct(ranked, SETTLED, onsets=False)
+    if all(entry.onset is not None for entry in found):
+        found += [entry for entry in ranked if entry.onset is None][:1]
+    return found
 
 
 def is_beyond(best: Round, rival: Round | Turn, hand: Round, floor: Array, part: float = 1.0) -> bool:

@@ -52,9 +52,14 @@ class Settled:
 
     @property
     def findings(self) -> list[LawFinding]:
-        """What the law check and the values themselves told, but for gains that are off by no more than a tick does."""
+        """What the law check and the values themselves told, but for gains that are off by no more than a tick does.
+
+        A tick does not scale a whole law that leaves nothing but noise then: so little of the current's has its name.
+        """
         law = self.law.findings if self.law else ()
-        return [*(f for f in law if abs(f.values.get("ratio", np.inf) - 1.0) > COARSE), *self.shown]
+        scaled = "current_gain" if self.law and self.law.is_exact and self.stand.sees_speed else None
+        named = (f for f in law if f.term == scaled or abs(f.values.get("ratio", np.inf) - 1.0) > COARSE)
+        return [*named, *self.shown]
 
 
 def settle_contract(

@@ -180,19 +180,21 @@ def has_ended(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm], place: int
     )
 
 
-def only_turns(model: JointModel) -> bool:
-    """Whether the last term only mends how a friction turns round smoothly, of which the literature has several laws.
+def only_turns(model: JointModel, at_once: float = 0.0) -> bool:
+    """Whether the last term only mends how a friction turns round, which simulators do in several ways.
 
-    It is small beside that friction and changes within the speeds over which that turns, or nearly.
+    It is small beside that friction and changes within the speeds over which that turns, or nearly. One that turns
+    round at once does so within a step of its simulator, over the speed that the joint gains `at_once` [rad/s].
     """
-    use = model.physics[-1]
+    use, terms = model.physics[-1], shelf("gsfdi.terms", PhysicsTerm)
     if "velocity_rad_s" not in use.values:
         return False
-    sizes = [abs(value) for name, value in use.values.items() if name.endswith("_nm")]
+    size = max(abs(value) for name, value in use.values.items() if name.endswith("_nm"))
     return any(
-        use.values["velocity_rad_s"] < TURNED * other.values.get("smooth_rad_s", 0.0)
-        and max(sizes) < TURNED_BY * abs(other.values.get("torque_nm", 0.0))
+        use.values["velocity_rad_s"] < max(TURNED * other.values.get("smooth_rad_s", 0.0), at_once)
+        and size < TURNED_BY * abs(other.values.get("torque_nm", 0.0))
         for other in model.physics[:-1]
+        if terms[other.term].place == "dry"
     )
 
 

@@ -19,6 +19,9 @@ NEARLY = 3.0
 """Process noise over what is known to be there up to which nothing is missing."""
 ROUGHLY = 1.0
 """Log-likelihood to which a fit is good enough while the noise is still being looked for."""
+TURNS, AT_PLAY = 4, 2
+"""Turns of fit and noise at most, and beside a play. Nine times of ten the second finds the noise as the first left it.
+A linear observer of a gearbox that plays makes noise of its own: finer turns would only have other terms mend it."""
 SMALL = 0.1
 """Process noise, as a share of the drive's torque, above which it is no noise of the observer's own making."""
 
@@ -168,8 +171,8 @@ def from_below(hand: Round, floor: Array) -> Round:
 
 
 def _in_turns(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array) -> Round:
-    """Fit under a noise near `near` and estimate it anew, twice unless it holds, and lay out what was found."""
-    for _ in range(2):
+    """Fit under a noise near `near` and estimate it anew until it holds, or nearly so, and lay out what was found."""
+    for _ in range(AT_PLAY if any(use.term == "backlash" for use in model.physics) else TURNS):
         turn = _turn(stand, model, knobs, floor, near, near)
         holds = np.array_equal(near, turn.torque)
         model, near = turn.fitted.model, turn.torque

@@ -124,6 +124,8 @@ RULES = (0.0, 0.5, 1.0)
 
 SURE = 25.0
 """Log-likelihood that a finding must gain."""
+PLAINLY = 100.0
+"""Log-likelihood from which a finding is sure however little of the misfit it is."""
 HARDLY = 10.0
 """Log-likelihood by which another rule of the integral must suit a log better, and a less tightly drawn plateau."""
 FLAT = 3.0
@@ -166,11 +168,15 @@ def speed_age(log: Log, law: Controller) -> float:
 
 
 def _matters(finding: LawFinding, size: float, held: Held) -> bool:
-    """Whether a finding is larger than what sampling and holding may differ by."""
+    """Whether a finding is larger than what sampling and holding may differ by, or plain all the same.
+
+    A gain that is off by less has no name, but an effort that the law would tell is told no more.
+    """
     values = finding.values
     if "ratio" in values:
         waits = finding.term == "controller_integral" and any(f.term == "current_limit" for f in held.findings)
-        return abs(values["ratio"] - 1) > max(WAITED if waits else COARSE, 4 * finding.spread)
+        least = WAITED if waits else COARSE if finding.gain < PLAINLY else 0.0
+        return abs(values["ratio"] - 1) > max(least, 4 * finding.spread)
     if times := {"delay_s", "lag_s"} & values.keys():
         return values[times.pop()] * held.law.sample_rate > SOON
     return abs(values.get("bias_a", np.inf)) > COARSE * size
@@ -189,7 +195,7 @@ def _believable(held: Held, noise: float, measured: bool) -> list[LawFinding]:
         if held.left**2 * (1 - finding.share) >= (EXACT * noise) ** 2:
             return 0.5
         # a limit that is met for a few samples shows in nothing else
-        return 0.0 if finding.term == "current_limit" else 0.05
+        return 0.0 if finding.term == "current_limit" or finding.gain > PLAINLY else 0.05
 
     return [f for f in found if f.share > least(f)]
 
@@ -208,6 +214,8 @@ def plainest(found: Sequence[LawFinding]) -> list[LawFinding]:
 
 def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
     """Everything that the law could lack, with what each would gain; `measured` says whether the speed is logged."""
+    if held.energy == 0.0:  # a twin whose sensors have no noise is the law to the last digit
+        return []
     taken = {f.term for f in held.findings}
     free = [against(sheet, held.findings)[1] for sheet in held.sheets]
     found = []

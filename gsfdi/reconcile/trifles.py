@@ -45,13 +45,17 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
         trivial = [
             i
             for i in sorted(range(len(beside)), key=lambda k: beside[k][1])
-            if (
-                shares[i] < least_share(i, beside, shelf_terms)
-                and not _stands_out(hand, i, beside, trials, shelf_terms)
+            if _is_void(beside[i][0], shelf_terms)
+            or (
+                (
+                    (shares[i] < TRIVIAL and not _weighs(hand, given + i, trials[i]))
+                    or (
+                        shares[i] < least_share(i, beside, shelf_terms)
+                        and not _stands_out(hand, i, beside, trials, shelf_terms)
+                    )
+                )
                 and not _clears(hand, trials[i])
             )
-            or (shares[i] < TRIVIAL and not _weighs(hand, given + i, trials[i]))
-            or _is_void(beside[i][0], shelf_terms)
         ]
         if not trivial:
             return hand

@@ -16,7 +16,7 @@ from gsfdi.reconcile.parameters import TERM_OF
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.ticks import left_by_shift
 from gsfdi.reconcile.twin import left_by_twin
-from gsfdi.reconcile.verify import left_over
+from gsfdi.reconcile.verify import left_over, strays
 
 REMAINS = 0.12
 """Share of the missing torque (root mean square) that may remain when a mismatch is called explained."""
@@ -64,6 +64,8 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
         if material and remains > AS_MUCH * left_by_twin(case.first.stand, case.refitted):
             return "unexplained"
         return "not_enough_data" if is_blind(case.first) else "no_mismatch"
+    if strays(case.logged, case.refitted, case.updated, held_out=True):
+        return "unexplained"
     piled = [name.use.term for name in case.found if name.use.term in PLANT]
     onsets = [name.use.onset for name in case.found if name.use.onset is not None]
     scattered = len(onsets) > 1 and max(onsets) - min(onsets) > APART * case.stand.scales.seconds

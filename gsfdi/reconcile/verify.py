@@ -1,4 +1,4 @@
-"""Held-out figures: simulation against recording, free-running, on data that took no part in choosing or fitting."""
+"""Simulation against recording, free-running: held-out figures, and whether a closed loop is made worse by a term."""
 
 from collections.abc import Mapping, Sequence
 
@@ -15,6 +15,10 @@ from gsfdi.types import Array
 CLEARLY = 0.1
 """Power of a misfit beyond noise, over that of the noise, from which it shows in a column."""
 SHOT = 2.0  # [s] between restarts where there is no controller to close the loop
+STRAYS = 1.5
+"""Times the misfit without it at which a term leads a simulation astray: a limit cycle out of step makes 1.4 of it."""
+RUNS_AWAY = 20.0
+"""Times the recorded effort of which a misfit tells that the loop is not stable, where a hair decides."""
 
 
 def free_run(stand: Bench, model: JointModel) -> list[Trace]:
@@ -30,12 +34,12 @@ def free_run(stand: Bench, model: JointModel) -> list[Trace]:
     return found
 
 
-def misfit(stand: Bench, model: JointModel) -> dict[str, float]:
-    """Root-mean-square difference of simulation and recording on the held-out part, by column name."""
+def misfit(stand: Bench, model: JointModel, held_out: bool = True) -> dict[str, float]:
+    """Root-mean-square difference of simulation and recording on the held-out part or the rest, by column name."""
     axis = stand.model.axis
     squares: dict[str, list[Array]] = {}
     for i, (record, trace) in enumerate(zip(stand.records, free_run(stand, model), strict=True)):
-        part = stand.kept(i)
+        part = stand.kept(i) == held_out
         pairs: dict[str, tuple[Array, Array]] = {"position": (record["position"], trace.position)}
         if model.controller is not None and "setpoint" in record:
             pairs[record.effort] = (record[record.effort], trace.effort)
@@ -49,6 +53,22 @@ def misfit(stand: Bench, model: JointModel) -> dict[str, float]:
         for name, parts in squares.items()
         if sum(map(len, parts)) > 0
     }
+
+
+def strays(stand: Bench, before: JointModel, after: JointModel, held_out: bool = False) -> bool:
+    """Whether a loop closed round `after` asks for efforts that are farther from the recorded ones by far, to no avail.
+
+    A drive that moves nothing predicts best how a joint moves whose loop holds its speed, so that many times the
+    inertia may stand for frictions that take most of the effort. It would ask for other efforts to move so. Told by
+    what is held out or by the rest; without a controller nothing is said.
+    """
+    if after.controller is None or "setpoint" not in stand.records[0]:
+        return False
+    first, last = (misfit(stand, model, held_out) for model in (before, after))
+    effort, position = (CHANNELS[name].column(stand.model.axis) for name in (stand.records[0].effort, "position"))
+    if {effort, position} - (first.keys() & last.keys()) or last[effort] > RUNS_AWAY * stand.scales.effort:
+        return False
+    return last[effort] > STRAYS * first[effort] and last[position] > first[position]
 
 
 def left_over(stand: Bench, before: JointModel, after: JointModel) -> float:
