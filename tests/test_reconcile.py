@@ -17,7 +17,7 @@ from gsfdi.reconcile import Reconciliation, reconcile, twin, verdict
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.clean import learn_law
-from gsfdi.reconcile.compete import Contest, opening
+from gsfdi.reconcile.compete import Contest, opening, to_settle
 from gsfdi.reconcile.dating import middle
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
@@ -105,6 +105,31 @@ def test_a_wrong_gain_is_the_controllers() -> None:
     assert answer.omitted_physics[0]["parameters"]["ratio"]["value"] == pytest.approx(1.2, rel=0.01)
 
 
+def test_a_law_that_a_recording_without_noise_holds_to_the_last_digit_lacks_nothing() -> None:
+    silent = replace(NOMINAL, sensors=Sensors(), controller=replace(NOMINAL.controller, integral=0.0))
+    check = check_law([recorded(silent)], silent)
+    assert check is not None
+    assert (check.before, check.findings) == (0.0, ())
+
+
+def test_what_is_sure_of_a_law_is_found_however_little_of_the_misfit_it_is() -> None:
+    off = replace(MODEL.controller, proportional=0.9985 * MODEL.controller.proportional)
+    check = check_law([simulate_record(replace(MODEL, controller=off), duration=180.0)], MODEL)
+    assert check is not None
+    (finding,) = check.findings
+    assert finding.term == "controller_proportional"
+    assert finding.values["ratio"] == pytest.approx(0.9985, abs=3 * finding.spread)
+    assert finding.share < 0.05
+
+
+def test_a_current_that_is_off_by_less_than_a_tick_does_is_named_where_the_law_leaves_no_more() -> None:
+    scaled = replace(MODEL, physics=(TermUse("current_gain", {"ratio": 0.9976}),))
+    (entry,) = reconcile([simulate_record(scaled, seed=3, duration=60.0)], MODEL).omitted_physics
+    assert entry["term"] == "current_gain"
+    low, high = entry["parameters"]["ratio"]["ci95"]
+    assert low < 0.9976 < high < 1.0
+
+
 def test_the_same_recording_gives_the_same_answer() -> None:
     record = recorded(replace(NOMINAL, physics=(TermUse("viscous_friction", {"coefficient_nms_rad": 0.5}),)))
     first, second = (reconcile([record], NOMINAL).to_json() for _ in range(2))
@@ -151,6 +176,13 @@ def test_a_term_from_the_start_competes_wherever_it_may_set_in() -> None:
     competing = [(entry.offer.term, entry.onset) for entry in finalists_of([*others, later, always, last])]
     assert competing[-2:] == [("constant_load", None), ("constant_load", 3.0)]
     assert len(competing) == FINALISTS + 1
+
+
+def test_what_is_there_from_the_start_is_settled_beside_all_that_sets_in() -> None:
+    late = [entered(term, 20.0, gain) for gain, term in enumerate(("cogging", "coulomb_friction", "constant_load"))]
+    late += [entered("cable_harness", 20.0, 9.0), entered("end_stop", None, 1.0), entered("stiffening", None, 0.5)]
+    settled = to_settle(late, shelf("gsfdi.terms", PhysicsTerm))
+    assert [entry.offer.term for entry in settled][3:] == ["cable_harness", "end_stop"]
 
 
 @pytest.mark.parametrize(("count", "order", "series"), [(3, 2.97, True), (3, 2.99, False), (2, 2.97, False)])

@@ -40,6 +40,7 @@ def test_a_little_more_friction_where_it_turns_is_how_it_turns(
     more = TermUse("stribeck_friction", {"excess_nm": excess_nm, "velocity_rad_s": velocity_rad_s}, "motor")
     assert only_turns(replace(REAL, physics=(TURNS, more))) is mends
     assert not only_turns(replace(JOINT, physics=(HOLDS, more)))
+    assert only_turns(replace(JOINT, physics=(HOLDS, more)), at_once=2e-3) is mends
 
 
 def test_an_effect_is_named_beside_friction_that_turns_round_slowly() -> None:
