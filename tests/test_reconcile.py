@@ -78,6 +78,16 @@ def test_a_joint_that_stands_still_tells_nothing(noise: float) -> None:
     assert answer.updated_model is None
 
 
+def test_a_joint_that_once_slips_by_a_step_of_its_sensor_stands_still() -> None:
+    record = recorded(NOMINAL)
+    place = np.where(np.arange(len(record.t)) < 700, 0.3, 0.3001)
+    rng = np.random.default_rng(0)
+    channels = {"position": place, "drive_torque": 0.3 + 0.05 * rng.standard_normal(len(record.t))}
+    bare = replace(NOMINAL, controller=None, sensors=Sensors())
+    answer = reconcile([replace(record, channels=channels, valid={})], bare)
+    assert answer.verdict == "not_enough_data"
+
+
 def test_friction_is_named_measured_and_written_back() -> None:
     answer = told(TermUse("coulomb_friction", {"torque_nm": 0.4}))
     assert answer.verdict == "explained"

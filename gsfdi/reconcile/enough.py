@@ -12,6 +12,8 @@ from gsfdi.types import JointRecord
 
 STILL = 20.0
 """Deviations of the position's noise within which half of the range of a joint lies that stands still."""
+STEPS = 8
+"""Values of the position that a joint takes at most that stands still, however finely they are stepped."""
 BLUR = 0.3
 """Share of itself within which a recording must tell the joint's inertia, or it tells of nothing else."""
 
@@ -22,7 +24,8 @@ def hardly_moves(records: Sequence[JointRecord], model: JointModel) -> bool:
     if not known:
         return False  # what is missing is told of elsewhere
     noise = float(np.sqrt(sensor_variances(known, model)[0]))
-    return all(0.5 * float(np.ptp(r["position"][np.isfinite(r["position"])])) <= STILL * noise for r in known)
+    ways = [r["position"][np.isfinite(r["position"])] for r in known]
+    return all(0.5 * float(np.ptp(way)) <= STILL * noise or np.unique(way).size <= STEPS for way in ways)
 
 
 def is_blind(hand: Round) -> bool:
