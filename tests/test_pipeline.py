@@ -19,6 +19,7 @@ from gsfdi.errors import BaselineError, UnusableInputError
 from gsfdi.modelfile import load_models
 from gsfdi.pipeline import analyze as analyzing
 from gsfdi.pipeline import baseline as learning
+from gsfdi.pipeline import reconcile as reconciling
 from gsfdi.pipeline import watching
 from gsfdi.pipeline.analyze import analyze, common, together
 from gsfdi.pipeline.baseline import baseline, load
@@ -26,6 +27,7 @@ from gsfdi.pipeline.cause import cause, healthy
 from gsfdi.pipeline.ingest import ingest
 from gsfdi.pipeline.reconcile import reconcile
 from gsfdi.pipeline.simulate import simulate
+from gsfdi.types import Problem
 from gsfdi.workers import Crew
 
 ROOT = Path(__file__).parent.parent
@@ -289,6 +291,18 @@ def test_reconcile_json_keeps_the_contract(reconciled: Path) -> None:
     assert joint["fit"].keys() >= {"held_out_seconds", "before", "after", "noise_floor"}
     assert joint["fit"]["after"]["motor_current_a"] < 0.5 * joint["fit"]["before"]["motor_current_a"]
     assert isinstance(joint["indistinguishable"], list)
+
+
+def test_what_fails_for_one_joint_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(*_: object, **__: object) -> None:
+        raise np.linalg.LinAlgError("Matrix is singular")
+
+    monkeypatch.setattr(reconciling, "reconcile_joint", failing)
+    records = tuple(reading.read([NIGHT / "WR2.parquet"]).records)
+    problem = reconciling.answer(reconciling.Question(records, load_models(ARM).for_joint("WR2")))
+    assert isinstance(problem, Problem)
+    assert (problem.kind, problem.path) == ("left_out", f"{records[0].source}: joint WR2")
+    assert "Matrix is singular" in problem.what
 
 
 def test_the_updated_model_feeds_simulate(reconciled: Path, tmp_path: Path) -> None:

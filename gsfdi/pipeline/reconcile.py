@@ -1,6 +1,7 @@
 """``gsfdi reconcile``: where simulation and recording differ, what was left out, and the models that put it right."""
 
 import json
+import logging
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -20,6 +21,8 @@ from gsfdi.reports import reconcile_page
 from gsfdi.reports.to_json import strict
 from gsfdi.types import JointRecord, Problem
 from gsfdi.workers import ALONE, Crew, Report, each, silent
+
+LOG = logging.getLogger("gsfdi")
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,18 +45,22 @@ class Question:
 
 
 def answer(question: Question) -> Reconciliation | Problem:
-    """Reconcile one joint, or say why that cannot be done.
+    """Reconcile one joint, or say why that cannot be done: what fails for one must not cost the answers of the others.
 
     Parameters
     ----------
     question : Question
         Recordings and model.
     """
+    subject = f"{question.records[0].source}: joint {question.records[0].joint}"
     try:
         return reconcile_joint(question.records, question.model, without=question.without)
     except GsfdiError as error:
-        first = question.records[0]
-        return Problem(f"{first.source}: joint {first.joint}", f"{error.subject}: {error.what}", error.mend, "left_out")
+        return Problem(subject, f"{error.subject}: {error.what}", error.mend, "left_out")
+    except Exception as error:
+        LOG.debug("%s", subject, exc_info=True)
+        bug = f"{type(error).__name__}: {error}; this is a bug in gsfdi"
+        return Problem(subject, bug, "see -vv for where, and leave the joint out", "left_out")
 
 
 def reconcile(
