@@ -46,21 +46,27 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
             i
             for i in sorted(range(len(beside)), key=lambda k: beside[k][1])
             if _is_void(beside[i][0], shelf_terms)
-            or (
-                (
-                    (shares[i] < TRIVIAL and not _weighs(hand, given + i, trials[i]))
-                    or (
-                        shares[i] < least_share(i, beside, shelf_terms)
-                        and not _stands_out(hand, i, beside, trials, shelf_terms)
-                    )
-                )
-                and not _clears(hand, trials[i])
-            )
+            or (_is_trifle(hand, given, i, beside, trials, shelf_terms) and not _clears(hand, trials[i]))
         ]
         if not trivial:
             return hand
         hand = around(hand, trials[trivial[0]])
     return hand
+
+
+def _is_trifle(
+    hand: Round,
+    given: int,
+    place: int,
+    beside: Sequence[tuple[TermUse, float]],
+    trials: Sequence[Fitted],
+    shelf_terms: Mapping[str, PhysicsTerm],
+) -> bool:
+    """Whether a term gains hardly anything, or no more than one that only mends a weightier one may."""
+    share = beside[place][1]
+    if share < TRIVIAL and not _weighs(hand, given + place, trials[place]):
+        return True
+    return share < least_share(place, beside, shelf_terms) and not _stands_out(hand, place, beside, trials, shelf_terms)
 
 
 def only_mends_flanks(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
