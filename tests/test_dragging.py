@@ -8,7 +8,7 @@ import pytest
 from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.bench import bench
-from gsfdi.reconcile.verify import strays
+from gsfdi.reconcile.verify import SILENCED, strays
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
 
@@ -56,7 +56,12 @@ def test_three_things_that_drag_are_no_drive_that_moves_nothing(dry: float, wet:
 
 def test_a_mass_that_would_ask_for_other_efforts_leads_astray_and_a_friction_does_not() -> None:
     stand = bench([swung(dragged(14.0, 143.0, -14.0))], DRIVE)
-    heavy = replace(DRIVE, plant=replace(DRIVE.plant, output_inertia=20 * DRIVE.plant.output_inertia))
+    heavy, weighty = (
+        replace(DRIVE, plant=replace(DRIVE.plant, output_inertia=times * DRIVE.plant.output_inertia))
+        for times in (20.0, 6.0)
+    )
     assert strays(stand, DRIVE, heavy)
+    assert not strays(stand, DRIVE, weighty)
+    assert strays(stand, DRIVE, weighty, most=SILENCED)
     assert not strays(stand, DRIVE, replace(DRIVE, physics=dragged(14.0, 143.0, -14.0).physics[:1]))
     assert not strays(stand, replace(DRIVE, controller=None), replace(heavy, controller=None))

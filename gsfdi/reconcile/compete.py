@@ -50,7 +50,7 @@ from gsfdi.reconcile.simpler import simplified
 from gsfdi.reconcile.smallest import Smallest, smallest
 from gsfdi.reconcile.ticks import is_as_likely, is_of_one_signal, shifted, shifted_as
 from gsfdi.reconcile.trifles import only_mends_flanks
-from gsfdi.reconcile.verify import strays
+from gsfdi.reconcile.verify import SILENCED, SILENCERS, STRAYS, strays
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -234,7 +234,8 @@ def contend(
             continue
         if entry.onset is not None:
             settled = settled_onset(settled, floor)
-        if likelier(settled, hand) <= 0 or strays(hand.stand, hand.fitted.model, settled.fitted.model):
+        most = SILENCED if shelf_terms[entry.offer.term].place in SILENCERS else STRAYS
+        if likelier(settled, hand) <= 0 or strays(hand.stand, hand.fitted.model, settled.fitted.model, most=most):
             continue
         settled = retuned(settled, last, term, floor)
         settled = reshaped(relawed(settled, last, term, floor), term, floor)

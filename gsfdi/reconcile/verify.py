@@ -17,6 +17,8 @@ CLEARLY = 0.1
 SHOT = 2.0  # [s] between restarts where there is no controller to close the loop
 STRAYS = 1.5
 """Times the misfit without it at which a term leads a simulation astray: a limit cycle out of step makes 1.4 of it."""
+SILENCED, SILENCERS = 1.05, ("torque_constant", "output_inertia", "motor_inertia")
+"""The same for a term that scales what drives the joint or what is driven, and the places of such."""
 RUNS_AWAY = 20.0
 """Times the recorded effort of which a misfit tells that the loop is not stable, where a hair decides."""
 
@@ -55,12 +57,13 @@ def misfit(stand: Bench, model: JointModel, held_out: bool = True) -> dict[str, 
     }
 
 
-def strays(stand: Bench, before: JointModel, after: JointModel, held_out: bool = False) -> bool:
+def strays(stand: Bench, before: JointModel, after: JointModel, held_out: bool = False, most: float = STRAYS) -> bool:
     """Whether a loop closed round `after` asks for efforts that are farther from the recorded ones by far, to no avail.
 
     A drive that moves nothing predicts best how a joint moves whose loop holds its speed, so that many times the
-    inertia may stand for frictions that take most of the effort. It would ask for other efforts to move so. Told by
-    what is held out or by the rest; without a controller nothing is said.
+    inertia may stand for frictions that take most of the effort. It would ask for other efforts to move so, for
+    misfits of more than `most` times those without it. Told by what is held out or by the rest; without a controller
+    nothing is said.
     """
     if after.controller is None or "setpoint" not in stand.records[0]:
         return False
@@ -68,7 +71,7 @@ def strays(stand: Bench, before: JointModel, after: JointModel, held_out: bool =
     effort, position = (CHANNELS[name].column(stand.model.axis) for name in (stand.records[0].effort, "position"))
     if {effort, position} - (first.keys() & last.keys()) or last[effort] > RUNS_AWAY * stand.scales.effort:
         return False
-    return last[effort] > STRAYS * first[effort] and last[position] > first[position]
+    return last[effort] > most * first[effort] and last[position] > first[position]
 
 
 def left_over(stand: Bench, before: JointModel, after: JointModel) -> float:
