@@ -60,7 +60,7 @@ def answer(question: Question) -> Reconciliation | Problem:
     except Exception as error:
         LOG.debug("%s", subject, exc_info=True)
         bug = f"{type(error).__name__}: {error}; this is a bug in gsfdi"
-        return Problem(subject, bug, "see -vv for where, and leave the joint out", "left_out")
+        return Problem(subject, bug, "'--jobs 1 -vv' shows where; leave the joint out until it is mended", "left_out")
 
 
 def reconcile(

@@ -222,24 +222,16 @@ def contend(
     ranked.sort(key=merit, reverse=True)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
     best: tuple[tuple[bool, float], Entry, Round] | None = None
-    beyond, scales = set[tuple[str, str | None]](), hand.stand.scales
-    at_once = scales.torque / scales.inertia * scales.period
+    beyond = set[tuple[str, str | None]]()
     for entry in to_settle([e for e in near if merit(e) > min(e.bar, WORTH)], shelf_terms):
         assert entry.fitted is not None
-        term, last = shelf_terms[entry.offer.term], len(hand.fitted.model.physics)
         turn = coarse(hand.stand, entry.fitted.model, entry.fitted.knobs, floor)
         settled = None if best and is_beyond(best[2], turn, hand, floor, EARLY) else refined(turn, floor)
         if settled is None or (best and is_beyond(best[2], settled, hand, floor)):
             beyond.add((entry.offer.term, entry.offer.side))
             continue
-        if entry.onset is not None:
-            settled = settled_onset(settled, floor)
-        most = SILENCED if shelf_terms[entry.offer.term].place in SILENCERS else STRAYS
-        if likelier(settled, hand) <= 0 or strays(hand.stand, hand.fitted.model, settled.fitted.model, most=most):
-            continue
-        settled = retuned(settled, last, term, floor)
-        settled = reshaped(relawed(settled, last, term, floor), term, floor)
-        if is_at_bound(settled.fitted, shelf_terms) or only_turns(settled.fitted.model, at_once):
+        settled = shaped(settled, hand, entry, shelf_terms[entry.offer.term], floor)
+        if settled is None or is_another(settled, shelf_terms):
             continue
         gain, least = likelier(settled, hand) - cost_of(entry), settled_bar(settled, entry, trials)
         if merit(entry) < entry.bar and gain < least:
@@ -264,6 +256,25 @@ def to_settle(ranked: Sequence[Entry], shelf_terms: Mapping[str, PhysicsTerm]) -
     if all(entry.onset is not None for entry in found):
         found += [entry for entry in ranked if entry.onset is None][:1]
     return found
+
+
+def shaped(settled: Round, hand: Round, entry: Entry, term: PhysicsTerm, floor: Array) -> Round | None:
+    """Give a settled finalist its onset and its shapes; None if it gains nothing, or leads the simulation astray."""
+    if entry.onset is not None:
+        settled = settled_onset(settled, floor)
+    most = SILENCED if term.place in SILENCERS else STRAYS
+    if likelier(settled, hand) <= 0 or strays(hand.stand, hand.fitted.model, settled.fitted.model, most=most):
+        return None
+    last = len(hand.fitted.model.physics)
+    settled = retuned(settled, last, term, floor)
+    return reshaped(relawed(settled, last, term, floor), term, floor)
+
+
+def is_another(settled: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
+    """Whether the last term of a model is not what its name says, but stands for another or mends one."""
+    scales = settled.stand.scales
+    at_once = scales.torque / scales.inertia * scales.period
+    return is_at_bound(settled.fitted, shelf_terms) or only_turns(settled.fitted.model, at_once)
 
 
 def is_beyond(best: Round, rival: Round | Turn, hand: Round, floor: Array, part: float = 1.0) -> bool:

@@ -170,7 +170,7 @@ def speed_age(log: Log, law: Controller) -> float:
 def _matters(finding: LawFinding, size: float, held: Held) -> bool:
     """Whether a finding is larger than what sampling and holding may differ by, or plain all the same.
 
-    A gain that is off by less has no name, but an effort that the law would tell is told no more.
+    A gain that is off by less has no name, but leaves a misfit for which physics would be blamed.
     """
     values = finding.values
     if "ratio" in values:
