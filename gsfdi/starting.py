@@ -9,14 +9,14 @@ from scipy.optimize import brentq
 
 from gsfdi import motion
 from gsfdi.model import JointModel, Plant, TermUse
-from gsfdi.motion import QUANTITIES, STATES
+from gsfdi.motion import QUANTITIES, STATES, Place
 from gsfdi.packed import plant_at, side_of, term_of, values_of
 from gsfdi.types import Array
 
 SPAN = 0.3  # [s] from which the start is taken
 FEWEST, MOST = 8, 64  # samples of it
 UNKNOWN_NOISE = (1e-5, 1e-2)  # of position and speed, where the model says none: only their ratio counts
-SENSOR_STEPS = 8  # towards the angle that a sensor shows
+SENSOR_STEPS = 8  # towards what a sensor shows
 WIDEST = 100.0  # [rad] of wind-up, beyond which no law passes the torque on
 
 
@@ -40,7 +40,8 @@ class Signals(NamedTuple):
 class Start(NamedTuple):
     """How a recording begins: joint angle and speed, motor speed (reflected), joint acceleration, integral part.
 
-    `shown` says whether the angle is what a sensor showed rather than where the joint is.
+    `shown` says whether the angle is what a sensor showed rather than where the joint is; `per_speed` what the first
+    four gain per unit by which every measured speed is higher.
     """
 
     angle: float
@@ -49,6 +50,7 @@ class Start(NamedTuple):
     acceleration: float
     integral: float
     shown: bool = False
+    per_speed: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 def start_of(signals: Signals, model: JointModel) -> Start:
@@ -60,26 +62,29 @@ def start_of(signals: Signals, model: JointModel) -> Start:
     period = float(np.median(np.diff(signals.t[:MOST])))
     count = int(np.clip(SPAN / max(period, 1e-9), FEWEST, MOST))
     first = Signals(*(values[:count] for values in signals))
-    rigid = model.structure == "rigid"
     angle, speed = float(np.nan_to_num(first.setpoint[0])), float(np.nan_to_num(first.setpoint_rate[0]))
-    state = np.array([angle, speed, 0.0, 0.0])
     measured = np.concatenate([first.position, first.velocity])
     good = np.isfinite(measured)
-    shown = bool(good[:count].sum() >= 3 and first.t[-1] > first.t[0])
-    if shown:
-        columns, forced = responses(first, model)
-        sensors = model.sensors
-        noise = (sensors.position_noise, sensors.motor_velocity_noise)
-        weight = np.repeat([1 / (known or usual) for known, usual in zip(noise, UNKNOWN_NOISE, strict=True)], count)
-        wanted = (weight * (measured - forced))[good]
-        columns = (weight[:, None] * columns)[good]
-        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        found = np.linalg.lstsq(columns / scale, wanted, rcond=1e-10)[0] / scale
-        state = np.array([found[0], found[1], 0.0, 0.0]) if rigid else found[:4]
-    angle, speed = float(state[0] + state[2]), float(state[1] + state[3])
-    pull = 0.0 if rigid else model.plant.stiffness * state[2]
-    acceleration = -float(pull + model.plant.damping * speed) / model.plant.output_inertia
-    return Start(angle, speed, float(state[1]), acceleration, integral_of(first, model), shown)
+    integral = integral_of(first, model)
+    if good[:count].sum() < 3 or first.t[-1] <= first.t[0]:
+        return Start(*begun(np.array([angle, speed, 0.0, 0.0]), model), integral)
+    columns, forced = responses(first, model)
+    sensors = model.sensors
+    noise = (sensors.position_noise, sensors.motor_velocity_noise)
+    weight = np.repeat([1 / (known or usual) for known, usual in zip(noise, UNKNOWN_NOISE, strict=True)], count)
+    wanted = np.column_stack([measured - forced, np.repeat([0.0, 1.0], count)])
+    wanted, columns = (weight[:, None] * wanted)[good], (weight[:, None] * columns)[good]
+    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    found = np.linalg.lstsq(columns / scale, wanted, rcond=1e-10)[0] / scale[:, None]
+    return Start(*begun(found[:, 0], model), integral, True, begun(found[:, 1], model))
+
+
+def begun(found: Array, model: JointModel) -> tuple[float, float, float, float]:
+    """Angle, speed, motor speed and acceleration of what was found of the state."""
+    plant = model.plant
+    motor, windup, rate = (found[1], 0.0, 0.0) if model.structure == "rigid" else found[1:4]
+    speed, pull = float(motor + rate), float(plant.stiffness * windup)
+    return float(found[0] + windup), speed, float(motor), -(pull + plant.damping * speed) / plant.output_inertia
 
 
 def responses(first: Signals, model: JointModel) -> tuple[Array, Array]:
@@ -136,9 +141,17 @@ def integral_of(first: Signals, model: JointModel) -> float:
 
 
 def initial_state(model: JointModel, start: Start) -> Array:
-    """State (5,) of `model` that begins as `start` says, its spring wound against what resists the output."""
+    """State (5,) of `model` that begins as `start` says, its spring wound against what resists the output.
+
+    A joint that a biased sensor would have begin in motion would ring on against its own gearbox; stuck, for long.
+    """
     if start.shown:
-        start = start._replace(angle=true_angle(model, start.angle))
+        start = start._replace(angle=true_value(model, "position_sensor", start.angle))
+    if any(start.per_speed):
+        felt = start.motor_speed * (1.0 if model.structure == "rigid" else model.plant.gear_ratio)
+        off = true_value(model, "velocity_sensor", felt) - felt
+        angle, speed, motor_speed, acceleration = np.add(start[:4], np.multiply(off, start.per_speed)).tolist()
+        start = start._replace(angle=angle, speed=speed, motor_speed=motor_speed, acceleration=acceleration)
     if model.structure == "rigid":
         return np.array([start.angle, start.speed, 0.0, 0.0, start.integral])
     plant = plant_at(model, 0.0)
@@ -147,17 +160,17 @@ def initial_state(model: JointModel, start: Start) -> Array:
     return np.array([start.angle - windup, start.motor_speed, windup, start.speed - start.motor_speed, start.integral])
 
 
-def true_angle(model: JointModel, shown: float) -> float:
-    """Angle at which the sensor of `model` shows the angle `shown`, by steps that each mend what still differs."""
-    m, s, angle = np.zeros(QUANTITIES), np.zeros(STATES), shown
+def true_value(model: JointModel, place: Place, shown: float) -> float:
+    """Angle or speed at which the sensor of `model` shows `shown`, by steps that each mend what still differs."""
+    m, s, value = np.zeros(QUANTITIES), np.zeros(STATES), shown
     errors = [(term_of(use), values_of(use)) for use in model.physics if not use.onset]
-    errors = [(term, values) for term, values in errors if term.place == "position_sensor" and not term.memory]
+    errors = [(term, values) for term, values in errors if term.place == place and not term.memory]
     for _ in range(SENSOR_STEPS if errors else 0):
-        m[motion.JOINT_ANGLE] = m[motion.VALUE] = angle
+        m[motion.JOINT_ANGLE] = m[motion.VALUE] = value
         for term, values in errors:
             m[motion.VALUE] = term.law(m, values, s)
-        angle += shown - float(m[motion.VALUE])
-    return angle
+        value += shown - float(m[motion.VALUE])
+    return value
 
 
 def recorded_states(model: JointModel, signals: Signals, samples: Sequence[int]) -> Array:

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
+from gsfdi.model import Controller, JointModel, Plant, Sensors, Structure, TermUse
 from gsfdi.starting import Signals, Start, initial_state, start_of
 
 LAW = Controller(28.0, 4.0, 17.0, 100.0)
@@ -70,6 +70,23 @@ def test_a_wrong_sensor_is_seen_through_where_the_angle_is_what_it_showed() -> N
     angle = joint_angle(wavy, shown)
     assert angle + 0.01 * np.sin(3.0 * angle + 0.2) == pytest.approx(shown.angle)
     assert joint_angle(long, Start(0.3, 0.0, 0.0, 0.0, 0.0)) == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("structure", ["flexible", "rigid"])
+@pytest.mark.parametrize(
+    ("term", "values"), [("velocity_bias", {"bias_rad_s": 0.11}), ("velocity_gain", {"ratio": 0.97})]
+)
+def test_a_joint_begins_no_faster_because_its_speed_sensor_is_wrong(
+    structure: Structure, term: str, values: dict[str, float]
+) -> None:
+    nominal = replace(ERA, structure=structure)
+    turns = 1.0 if structure == "rigid" else 260.6
+    true = steady()._replace(velocity=turns * np.full(200, 0.05))
+    wrong = true.velocity + 0.11 if term == "velocity_bias" else 0.97 * true.velocity
+    told = replace(nominal, physics=(TermUse(term, values),))
+    right = initial_state(nominal, start_of(true, nominal))
+    found = initial_state(told, start_of(true._replace(velocity=wrong), nominal))
+    assert found[:4] == pytest.approx(right[:4], rel=1e-2, abs=1e-7)
 
 
 def joint_angle(model: JointModel, start: Start) -> float:
