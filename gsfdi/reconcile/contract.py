@@ -54,10 +54,12 @@ class Settled:
     def findings(self) -> list[LawFinding]:
         """What the law check and the values themselves told, but for gains that are off by no more than a tick does.
 
-        A tick does not scale a whole law that leaves nothing but noise then: so little of the current's has its name.
+        A tick does not scale a whole law that leaves nothing but noise then, nor the way that a told speed goes against
+        that of the positions: so little of the current's gain, or of the position's, has its name.
         """
         law = self.law.findings if self.law else ()
-        scaled = "current_gain" if self.law and self.law.is_exact and self.stand.sees_speed else None
+        exact = self.law is not None and self.law.is_exact and self.stand.sees_speed
+        scaled = "current_gain" if exact else "position_gain" if self.stand.lever > 0 else None
         named = (f for f in law if f.term == scaled or abs(f.values.get("ratio", np.inf) - 1.0) > COARSE)
         return [*named, *self.shown]
 
