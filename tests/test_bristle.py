@@ -1,6 +1,7 @@
 """Bristles: both laws rise alike from rest, and part in what they remember of a reversal."""
 
 import ctypes
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +9,12 @@ from joints import MODEL, record, torn
 from numpy.testing import assert_allclose
 
 from gsfdi import motion
+from gsfdi.model import TermUse
 from gsfdi.motion import Law
 from gsfdi.packed import compiled
 from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.bench import bench
+from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.terms.gearbox_hysteresis import TERM as HYSTERESIS
 from gsfdi.terms.presliding_friction import TERM as PRESLIDING
 from gsfdi.types import Array
@@ -108,3 +112,12 @@ def test_reconcile_tells_what_the_bristles_remember(fault: str) -> None:
     assert f"{entry['term']}=1.5" == fault.split(",")[0]
     assert entry["parameters"]["torque_nm"]["value"] == pytest.approx(1.5, rel=0.02)
     assert entry["parameters"]["nonlocal_memory"] == {"value": 1.0, "ci95": [1.0, 1.0]}
+
+
+@pytest.mark.parametrize("share", [1.0, 1e-3])
+def test_a_faint_bristle_may_be_as_soft_as_a_strong_one(share: float) -> None:
+    stand = bench([record()], MODEL)
+    torque, stretch = share * stand.scales.torque, 0.3 * stand.scales.reach
+    use = TermUse("presliding_friction", {"torque_nm": torque, "stiffness_nm_rad": torque / stretch})
+    knobs = {knob.name: knob for knob in term_knobs(stand, replace(MODEL, physics=(use,)), 0)}
+    assert knobs["stiffness_nm_rad"].low < torque / stretch

@@ -67,6 +67,8 @@ def term_knobs(stand: Bench, model: JointModel, place: int) -> list[Knob]:
             continue
         value = use.values[param.name]
         low, high = plausible(stand, term, param, value)
+        if param.kind == "follower":  # a faint bristle is soft, too
+            low *= min(1.0, abs(use.values[term.params[0].name]) / stand.scales.torque)
         if param.kind != "angle":
             low, high = max(low, param.low), min(high, param.high)
         if param is term.params[0] and (spare := surplus(stand.model, term, use.side)) > 0:
