@@ -17,6 +17,7 @@ SPAN = 0.3  # [s] from which the start is taken
 FEWEST, MOST = 8, 64  # samples of it
 UNKNOWN_NOISE = (1e-5, 1e-2)  # of position and speed, where the model says none: only their ratio counts
 SENSOR_STEPS = 8  # towards what a sensor shows
+NEAR, SLOPES = 1e-6, (0.1, 10.0)  # step of a sensor's slope [rad or rad/s], and what it may be
 WIDEST = 100.0  # [rad] of wind-up, beyond which no law passes the torque on
 
 
@@ -40,8 +41,8 @@ class Signals(NamedTuple):
 class Start(NamedTuple):
     """How a recording begins: joint angle and speed, motor speed (reflected), joint acceleration, integral part.
 
-    `shown` says whether the angle is what a sensor showed rather than where the joint is; `per_speed` what the first
-    four gain per unit by which every measured speed is higher.
+    `shown` says whether the angle is what a sensor showed rather than where the joint is; `felt` is the speed that was
+    measured, on average, and `per_speed` what the first four gain per unit by which it is higher.
     """
 
     angle: float
@@ -50,6 +51,7 @@ class Start(NamedTuple):
     acceleration: float
     integral: float
     shown: bool = False
+    felt: float = 0.0
     per_speed: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -76,7 +78,8 @@ def start_of(signals: Signals, model: JointModel) -> Start:
     wanted, columns = (weight[:, None] * wanted)[good], (weight[:, None] * columns)[good]
     scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     found = np.linalg.lstsq(columns / scale, wanted, rcond=1e-10)[0] / scale[:, None]
-    return Start(*begun(found[:, 0], model), integral, True, begun(found[:, 1], model))
+    felt = float(np.mean(measured[count:][good[count:]])) if good[count:].any() else 0.0
+    return Start(*begun(found[:, 0], model), integral, True, felt, begun(found[:, 1], model))
 
 
 def begun(found: Array, model: JointModel) -> tuple[float, float, float, float]:
@@ -148,8 +151,7 @@ def initial_state(model: JointModel, start: Start) -> Array:
     if start.shown:
         start = start._replace(angle=true_value(model, "position_sensor", start.angle))
     if any(start.per_speed):
-        felt = start.motor_speed * (1.0 if model.structure == "rigid" else model.plant.gear_ratio)
-        off = true_value(model, "velocity_sensor", felt) - felt
+        off = true_value(model, "velocity_sensor", start.felt) - start.felt
         angle, speed, motor_speed, acceleration = np.add(start[:4], np.multiply(off, start.per_speed)).tolist()
         start = start._replace(angle=angle, speed=speed, motor_speed=motor_speed, acceleration=acceleration)
     if model.structure == "rigid":
@@ -162,14 +164,23 @@ def initial_state(model: JointModel, start: Start) -> Array:
 
 def true_value(model: JointModel, place: Place, shown: float) -> float:
     """Angle or speed at which the sensor of `model` shows `shown`, by steps that each mend what still differs."""
-    m, s, value = np.zeros(QUANTITIES), np.zeros(STATES), shown
+    m, s = np.zeros(QUANTITIES), np.zeros(STATES)
     errors = [(term_of(use), values_of(use)) for use in model.physics if not use.onset]
     errors = [(term, values) for term, values in errors if term.place == place and not term.memory]
-    for _ in range(SENSOR_STEPS if errors else 0):
+
+    def reading(value: float) -> float:
         m[motion.JOINT_ANGLE] = m[motion.VALUE] = value
         for term, values in errors:
             m[motion.VALUE] = term.law(m, values, s)
-        value += shown - float(m[motion.VALUE])
+        return float(m[motion.VALUE])
+
+    value = shown
+    for _ in range(SENSOR_STEPS if errors else 0):
+        slope = (reading(value + NEAR) - reading(value)) / NEAR
+        low, high = SLOPES
+        value += (shown - reading(value)) / (
+            slope if low < slope < high else 1.0
+        )  # coarse sensors have steps, no slope
     return value
 
 
@@ -204,7 +215,7 @@ def windup_at(model: JointModel, plant: Plant, torque: float) -> float:
     passes = spring_law(plant, shaping)
     while not passes(-reach) < torque < passes(reach):  # the play of a worn gearbox may be wide
         reach *= 2.0
-        if reach > WIDEST:
+        if not reach < WIDEST:
             return torque / plant.stiffness
     return float(brentq(lambda windup: passes(windup) - torque, -reach, reach, xtol=1e-12))
 

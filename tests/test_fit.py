@@ -54,3 +54,12 @@ def test_the_covariance_of_white_innovations_is_that_of_least_squares() -> None:
     fitted = levenberg(bent, JOINT, knobs()[1:], 8)
     spread = covariance(fitted, np.arange(400) // 4)
     assert np.sqrt(spread[0, 0]) == pytest.approx(CONSTANT / np.linalg.norm(ROWS[:, 1]), rel=0.2)
+
+
+def test_a_fit_whose_slopes_run_away_stays_where_it_was() -> None:
+    def runs_away(models: Sequence[JointModel]) -> Array:
+        return np.array([NOISE if m == JOINT else np.full(400, 1e200) for m in models])
+
+    fitted = levenberg(runs_away, JOINT, knobs())
+    np.testing.assert_array_equal(fitted.values, [INERTIA, CONSTANT])
+    assert fitted.cost == pytest.approx(0.5 * NOISE @ NOISE)

@@ -74,7 +74,8 @@ def test_a_wrong_sensor_is_seen_through_where_the_angle_is_what_it_showed() -> N
 
 @pytest.mark.parametrize("structure", ["flexible", "rigid"])
 @pytest.mark.parametrize(
-    ("term", "values"), [("velocity_bias", {"bias_rad_s": 0.11}), ("velocity_gain", {"ratio": 0.97})]
+    ("term", "values"),
+    [("velocity_bias", {"bias_rad_s": 0.11}), ("velocity_gain", {"ratio": 0.97}), ("velocity_gain", {"ratio": 2.9})],
 )
 def test_a_joint_begins_no_faster_because_its_speed_sensor_is_wrong(
     structure: Structure, term: str, values: dict[str, float]
@@ -82,11 +83,16 @@ def test_a_joint_begins_no_faster_because_its_speed_sensor_is_wrong(
     nominal = replace(ERA, structure=structure)
     turns = 1.0 if structure == "rigid" else 260.6
     true = steady()._replace(velocity=turns * np.full(200, 0.05))
-    wrong = true.velocity + 0.11 if term == "velocity_bias" else 0.97 * true.velocity
+    wrong = values.get("ratio", 1.0) * true.velocity + values.get("bias_rad_s", 0.0)
     told = replace(nominal, physics=(TermUse(term, values),))
     right = initial_state(nominal, start_of(true, nominal))
     found = initial_state(told, start_of(true._replace(velocity=wrong), nominal))
     assert found[:4] == pytest.approx(right[:4], rel=1e-2, abs=1e-7)
+
+
+def test_a_spring_that_is_no_number_is_left_unwound() -> None:
+    gap = replace(ERA, physics=(TermUse("backlash", {"half_width_rad": 1e-3}),))
+    assert np.isnan(initial_state(gap, Start(0.3, 0.0, 0.0, float("nan"), 0.0))[2])
 
 
 def joint_angle(model: JointModel, start: Start) -> float:

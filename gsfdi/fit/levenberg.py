@@ -86,6 +86,8 @@ def levenberg(
         if not exact:
             jacobian, exact = slopes(misfit, model, knobs, values, residual, known, both=False), True
         H, g = _normal(jacobian, residual, knobs, values)
+        if not (np.isfinite(H).all() and np.isfinite(g).all()):  # slopes of a model that runs away lead nowhere
+            break
         gained = 0.0
         for _ in range(5):
             free = (high > low) & ~(((values <= low) & (g > 0)) | ((values >= high) & (g < 0)))
@@ -164,7 +166,8 @@ def _cost(residual: Array, knobs: Sequence[Knob], values: Array) -> float:
 
 def _normal(jacobian: Array, residual: Array, knobs: Sequence[Knob], values: Array) -> tuple[Array, Array]:
     off, slope = _prior(knobs, values)
-    return jacobian.T @ jacobian + np.diag(slope**2), jacobian.T @ residual + slope * off
+    with np.errstate(over="ignore", invalid="ignore"):
+        return jacobian.T @ jacobian + np.diag(slope**2), jacobian.T @ residual + slope * off
 
 
 def covariance(fitted: Fitted, blocks: Ints) -> Array:
