@@ -13,6 +13,7 @@ from gsfdi.reconcile.hand import Round, around, from_below, leaves_nothing, like
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.screen import LEAST, likeliest
+from gsfdi.reconcile.stops import pressed
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -69,7 +70,9 @@ def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
     """Try the last term's shape at other scales under the noise that now suits it, which slopes do not reach."""
     if leaves_nothing(hand, floor):
         return hand
-    model = hand.fitted.model
+    model = pressed(hand, hand.fitted.model)
+    if model is not hand.fitted.model:
+        return settle(hand.stand, model, hand.fitted.knobs, floor)
     use, best = model.physics[-1], (hand.fitted.cost - KNOB_COST, model)
     for param in term.params:
         if param.trials is None or param.kind not in SHAPES or param.low < 0 or param in (term.order, term.params[0]):

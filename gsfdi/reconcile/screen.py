@@ -15,6 +15,7 @@ from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.hand import Round, orthonormal, regressed, with_term
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.offer import Offer
+from gsfdi.reconcile.stops import pressed
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -245,7 +246,7 @@ def refit(hand: Round, entry: Entry, least: float = 0.0, rounds: int = 3) -> Ent
     if values is None:
         return entry
     values = tuned(hand, entry, allowed(entry.offer, values))
-    model = with_term(hand.fitted.model, entry.offer.use(values, entry.onset))
+    model = pressed(hand, with_term(hand.fitted.model, entry.offer.use(values, entry.onset)))
     place = len(model.physics) - 1
     knobs = [*hand.fitted.knobs, *term_knobs(hand.stand, model, place)]
     fitted = fit_knobs(hand.misfit, model, knobs, rounds, hand.fitted.jacobian)

@@ -16,7 +16,7 @@ def torque(m: Vector, p: Vector, s: Vector) -> float:
 def edges(s: Scales) -> list[float]:
     """Angles near both ends of the motion, each on the side of zero that makes it a stop there."""
     low, high = s.centre - s.reach, s.centre + s.reach
-    shares = (0.03, 0.1, 0.19)
+    shares = (0.004, 0.012, 0.035, 0.1, 0.19)
     angles = [angle for share in shares for angle in (low + share * (high - low), high - share * (high - low))]
     return [angle for angle in angles if (angle > 0) == (angle > s.centre)]
 
