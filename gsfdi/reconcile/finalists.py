@@ -59,18 +59,12 @@ def distinct(entries: Sequence[Entry], most: int, onsets: bool = True) -> list[E
 def finalists_of(entries: Sequence[Entry]) -> list[Entry]:
     """The best `FINALISTS` entries, and before each that sets in the same term from the start, however far behind.
 
-    By regression a term from the start may trail all its forms that set in, and lead once both are refitted. One that
-    leads them already leaves their places to other terms.
+    By regression a term from the start may trail all its forms that set in, and lead once both are refitted.
     """
     every = distinct(entries, len(entries))
     always = {(e.offer.term, e.offer.side): e for e in every if e.onset is None}
-
-    def leads(entry: Entry) -> bool:
-        own = always.get((entry.offer.term, entry.offer.side))
-        return entry.onset is None or own is None or entry.linear > own.linear
-
     found: list[Entry] = []
-    for entry in [e for e in every if leads(e)][:FINALISTS]:
+    for entry in every[:FINALISTS]:
         for one in (always.get((entry.offer.term, entry.offer.side), entry), entry):
             if not any(one is other for other in found):
                 found.append(one)
