@@ -96,7 +96,12 @@ def may_stick(model: JointModel, own: TermUse, shelf_terms: Mapping[str, Physics
 
 
 def turning_like(own: TermUse, other: TermUse) -> TermUse:
-    """Give a dry friction that stands for drag which builds up with speed: it turns round over the same speeds."""
+    """Give a dry friction that stands for another the torque of that; for drag, it turns round over the same speeds.
+
+    On a real arm a Coulomb friction that began with a fifth more than the bristle it stood for got stuck there.
+    """
+    if {own.term, other.term} == DRY:
+        return replace(other, values={**other.values, "torque_nm": own.values["torque_nm"]})
     if (own.term, other.term) != ("shear_thinning_friction", "coulomb_friction"):
         return other
     values = {"torque_nm": own.values["torque_nm"], SMOOTH.name: own.values["velocity_rad_s"]}
