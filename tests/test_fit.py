@@ -63,3 +63,12 @@ def test_a_fit_whose_slopes_run_away_stays_where_it_was() -> None:
     fitted = levenberg(runs_away, JOINT, knobs())
     np.testing.assert_array_equal(fitted.values, [INERTIA, CONSTANT])
     assert fitted.cost == pytest.approx(0.5 * NOISE @ NOISE)
+
+
+def test_a_fit_whose_step_leads_over_a_cliff_goes_half_way_to_its_end() -> None:
+    def cliff(models: Sequence[JointModel]) -> Array:
+        off = np.array([m.plant.output_inertia / INERTIA for m in models])
+        return np.array([[1e9 if x < 0.3 else np.tanh(8 * (x - 0.35))] * 400 for x in off])
+
+    fitted = levenberg(cliff, JOINT, [Knob(-1, "output_inertia", 0.7 * INERTIA, 0.05 * INERTIA, 2 * INERTIA)])
+    assert fitted.values[0] == pytest.approx(0.35 * INERTIA, rel=1e-3)

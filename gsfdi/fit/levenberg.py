@@ -88,10 +88,10 @@ def levenberg(
         H, g = _normal(jacobian, residual, knobs, values)
         if not (np.isfinite(H).all() and np.isfinite(g).all()):  # slopes of a model that runs away lead nowhere
             break
-        gained = 0.0
+        gained, least, most = 0.0, low, high
         for _ in range(5):
             free = (high > low) & ~(((values <= low) & (g > 0)) | ((values >= high) & (g < 0)))
-            trial = np.clip(values + _step(H, g, free, damping) * scale, low, high)
+            trial = np.clip(values + _step(H, g, free, damping) * scale, least, most)
             left = misfit([turned(model, knobs, trial)])[0]
             new = _cost(left, knobs, trial)
             if np.isfinite(new) and new < cost:
@@ -102,6 +102,7 @@ def levenberg(
                 damping /= 100
                 break
             damping = max(10 * damping, 1e-8)
+            least, most = (np.where(trial == end, 0.5 * (values + end), end) for end in (least, most))  # half way there
         # A heavily damped step gains little along a valley; only a nearly free one tells that the floor is reached.
         if gained < tolerance and (damping < 1e-7 or gained == 0.0):
             break
