@@ -7,7 +7,7 @@ beats what chance would give the luckiest of as many offers on this very motion.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gsfdi.fit import Knob
 from gsfdi.model import JointModel
@@ -16,11 +16,13 @@ from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import (
     CHANCE,
+    UNPROMISED,
     cost_of,
     credible,
     distinct,
     fairly,
     finalists_of,
+    idle,
     is_at_bound,
     matters,
     merit,
@@ -65,6 +67,8 @@ FAR = 0.5
 """Share of the gain of one that leaves a trifle below which a rival is not given other shapes."""
 EARLY = 0.5
 """Part of its gain that a finalist has at least after its first turn; on three joints they had nine tenths."""
+IDLE = 0.5
+"""Part of what a winner gains, from which it gains that by being written into the model."""
 OWED = 0.5
 """Part of what another law of a finalist gains that does not count against the others while something is left.
 
@@ -179,6 +183,9 @@ def _rounds(
         if timed is not hand and (settled is None or is_as_likely(timed, settled, hand)):
             first, hand = (shifted_as(timed, first, floor) if contests else timed), timed
             continue
+        if settled is not None and contest.winner is None:
+            first, hand = (first if contests else settled), settled
+            continue
         contests.append(contest)
         if settled is None:
             return first, hand, contests
@@ -219,7 +226,7 @@ def contend(
 
     While much is missing every term is judged under a large noise, where the true one is hardly better than its
     likes. So the best few are settled each under the noise that suits it, and the likeliest wins. Only what regression
-    promises at least `promised` may compete.
+    promises at least `promised` may compete. Beside no winner there may be the model in hand, fitted better.
     """
     screening = screen(hand, all_offers(hand, shelf_terms, given))
     able = [entry for entry in screening.entries if entry.linear >= promised]
@@ -247,9 +254,35 @@ def contend(
         if rank > (best[0] if best else (False, 0.0)):  # one that gains nothing only moves the mismatch about
             best = (rank, entry, settled)
     entries = (*ranked, *screening.entries)
-    if best is None:
-        return undecided(hand, screening, entries, shelf_terms), None
-    return Contest(entries, best[1], trials, beyond=frozenset(beyond)), from_below(best[2], floor)
+    settled = loosened(hand, best[1], best[2], shelf_terms, floor) if best else hand
+    if best is None or settled is not best[2]:
+        return undecided(hand, screening, entries, shelf_terms), None if settled is hand else settled
+    return Contest(entries, best[1], trials, beyond=frozenset(beyond)), from_below(settled, floor)
+
+
+def loosened(hand: Round, winner: Entry, settled: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array) -> Round:
+    """Take out a winner that regression had not promised, and that gains as much where it does nothing.
+
+    A fit that is stuck is loosened by any further term: a position gain of 0.91 gained 1400 beside a payload that was
+    a third off. And a joint that sticks is stepped otherwise beside some terms, and slips a sample sooner or later: a
+    wave of 8e-9 rad gained 290, a gearbox damping of nothing 190.
+
+    Returns
+    -------
+    Round
+        `settled` where the winner is no such one; the model in hand with what came beside the winner where that gains
+        without it; `hand` where it gains with it only, which is of no use.
+    """
+    use = idle(settled.fitted.model.physics[-1], shelf_terms)
+    if use is None or winner.gain < UNPROMISED * winner.linear:
+        return settled
+    place, model = len(hand.fitted.model.physics), settled.fitted.model
+    knobs = [knob for knob in settled.fitted.knobs if knob.place != place]
+    enough = IDLE * likelier(settled, hand)
+    without = settle(hand.stand, replace(model, physics=model.physics[:place]), knobs, floor)
+    if likelier(without, hand) > enough:
+        return without
+    return hand if likelier(settle(hand.stand, model.with_use(place, use), knobs, floor), hand) > enough else settled
 
 
 def to_settle(ranked: Sequence[Entry], shelf_terms: Mapping[str, PhysicsTerm]) -> list[Entry]:

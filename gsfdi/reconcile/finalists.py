@@ -9,10 +9,10 @@ from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.hand import Round, is_sensor, settle, with_term
+from gsfdi.reconcile.hand import Round, is_sensor, likelier, settle, with_term
 from gsfdi.reconcile.offering import MATERIAL, SIMULATED
 from gsfdi.reconcile.remainder import torque_between
-from gsfdi.reconcile.screen import LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset
+from gsfdi.reconcile.screen import EARLIEST, LEAST, ONSETS, Entry, Screening, onset_cost, refined_onset
 from gsfdi.reconcile.ticks import left_by_shift
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
@@ -112,15 +112,15 @@ def fairly(hand: Round, entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) ->
     if fitted is None or merit(entry) > PLAIN:
         return entry
     entry = replace(entry, gain=min(entry.gain, UNPROMISED * entry.linear))
-    use = _idle(fitted.model.physics[-1], shelf_terms)
+    use = idle(fitted.model.physics[-1], shelf_terms)
     if use is None or merit(entry) < LEAST:
         return entry
     start = turned(hand.fitted.model, hand.fitted.knobs, fitted.values[: len(hand.fitted.knobs)])
-    idle = fit_knobs(hand.misfit, with_term(start, use), hand.fitted.knobs, 3)
-    return replace(entry, gain=entry.gain - max(hand.fitted.cost - idle.cost, 0.0))
+    written = fit_knobs(hand.misfit, with_term(start, use), hand.fitted.knobs, 3)
+    return replace(entry, gain=entry.gain - max(hand.fitted.cost - written.cost, 0.0))
 
 
-def _idle(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> TermUse | None:
+def idle(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> TermUse | None:
     """Give a term with the number that sizes it at nothing."""
     size = shelf_terms[use.term].params[0]
     return None if size.neutral is None else replace(use, values={**use.values, size.name: size.neutral})
@@ -225,9 +225,18 @@ def cost_of(entry: Entry) -> float:
 
 
 def settled_onset(hand: Round, floor: Array) -> Round:
-    """Move the onset of the last term under the noise that now suits it, a wrong one being noise itself."""
+    """Move the onset of the last term under the noise that now suits it, a wrong one being noise itself.
+
+    One near the beginning is dropped where that is likelier: what is wrong before it is much where else all is right.
+    """
+    last, use = len(hand.fitted.model.physics) - 1, hand.fitted.model.physics[-1]
+    if use.onset is not None and use.onset < EARLIEST * hand.stand.scales.seconds:
+        model = hand.fitted.model.with_use(last, replace(use, onset=None))
+        always = settle(hand.stand, model, hand.fitted.knobs, floor)
+        if likelier(always, hand) > 0:
+            return always
     width = hand.stand.scales.seconds / ONSETS / 4
-    fitted = refined_onset(hand, hand.fitted, len(hand.fitted.model.physics) - 1, width)
+    fitted = refined_onset(hand, hand.fitted, last, width)
     if fitted.cost > hand.fitted.cost - KNOB_COST:
         return hand
     return settle(hand.stand, fitted.model, fitted.knobs, floor)
