@@ -38,6 +38,8 @@ class Started(JointModel):
         row = list(getattr(self, name))
         row[stretch] = value
         return replace(self, **{name: tuple(row)})  # type: ignore[arg-type]  # mypy cannot tell which field it is
+AT_END = 1e-3
+"""Distance from an end, as a share of a knob's step, at which a fit has ended there: the gauge moves it that much."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +85,10 @@ class Knob:
         if self.name == "onset":
             return float(use.onset or 0.0)
         return float(use.values[self.name])
+
+    def is_at(self, end: float, value: float) -> bool:
+        """Whether `value` lies at an end of the knob's, as nearly as a fit leaves it there."""
+        return abs(value - end) < AT_END * self.scale
 
     def turn(self, model: JointModel, value: float) -> JointModel:
         """Give `model` with this knob at `value`, kept within its bounds."""

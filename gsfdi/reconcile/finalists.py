@@ -175,7 +175,7 @@ def has_ended(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm], place: int
         return [getattr(knob, end)] if end else []
 
     return any(
-        knob.place == place and any(abs(value - end) < 1e-6 * knob.scale for end in ends(knob))
+        knob.place == place and any(knob.is_at(end, value) for end in ends(knob))
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )
 
@@ -204,7 +204,7 @@ def is_stretched(fitted: Fitted) -> bool:
     return any(
         knob.place >= 0
         and terms[fitted.model.physics[knob.place].term].param(knob.name).kind == "detail"
-        and value > knob.high - 1e-6 * knob.scale
+        and knob.is_at(knob.high, value)
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )
 

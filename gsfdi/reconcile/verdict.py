@@ -30,8 +30,6 @@ AS_MUCH = 2.0
 """What may remain, over what a simulated twin leaves, before a mismatch is seen in it."""
 AS_GOOD = 1.3
 """The same before a model with what was found in it is taken to lack more."""
-AT_BOUND = 1e-6
-"""Distance from the end of what is plausible, as a share of a number's step, at which it ended there."""
 APART = 0.03
 """Share of the time by which two things set in apart from each other."""
 SERIES = 3
@@ -110,4 +108,4 @@ def strained(case: Case) -> list[str]:
 
 def is_at_end(knob: Knob, value: float) -> bool:
     """Whether a number ended where it may go no farther."""
-    return min(value - knob.low, knob.high - value) < AT_BOUND * knob.scale
+    return any(knob.is_at(end, value) for end in (knob.low, knob.high))
