@@ -305,14 +305,16 @@ def shaped(settled: Round, hand: Round, entry: Entry, term: PhysicsTerm, floor: 
     """
     if entry.onset is not None:
         settled = settled_onset(settled, floor)
-    most = SILENCED if term.place in SILENCERS else STRAYS
-    if likelier(settled, hand) <= 0 or strays(hand.stand, hand.fitted.model, settled.fitted.model, most=most):
+    if likelier(settled, hand) <= 0:
         return None, 0.0
     last = len(hand.fitted.model.physics)
     plain = retuned(settled, last, term, floor)
     other = relawed(plain, last, term, floor)
-    owed = 0.0 if leaves_nothing(other, floor) else OWED * likelier(other, plain)
-    return reshaped(other, term, floor), owed
+    found = reshaped(other, term, floor)
+    most = SILENCED if term.place in SILENCERS else STRAYS
+    if strays(hand.stand, hand.fitted.model, found.fitted.model, most=most):
+        return None, 0.0
+    return found, 0.0 if leaves_nothing(other, floor) else OWED * likelier(other, plain)
 
 
 def is_another(settled: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
