@@ -21,6 +21,7 @@ from gsfdi.types import Array
 
 LINEAR_PHASE = 0.5  # [rad] of the fastest mode per substep: the matrix exponential's series then holds to 1e-14
 LAW_PHASE = 0.25  # the same where laws act: a harmonic oscillator made of laws is then 0.3 % off in frequency
+WAVE_PHASE = 0.125  # the same where one is a wave, whose torque changes many times as fast as the joint moves
 SPRING_PHASE = 0.16  # the same where laws replace the spring itself; a play has a flow of its own
 TURNING = 4.0  # speed below which a smooth friction turns round, over the one that it turns by
 LAW_DECAY = 0.5  # largest decay of a law's damping per substep
@@ -126,7 +127,7 @@ def longest_step(model: JointModel, row: Sequence[float]) -> float:
     for use in model.physics:
         term = term_of(use)
         if term.wave:
-            phase = min(phase, LAW_PHASE)
+            phase = min(phase, WAVE_PHASE)
         if term.place not in ("torque", "dry", "windup", "spring"):
             continue
         values = values_of(use)
