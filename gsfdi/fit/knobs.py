@@ -38,6 +38,8 @@ class Started(JointModel):
         row = list(getattr(self, name))
         row[stretch] = value
         return replace(self, **{name: tuple(row)})  # type: ignore[arg-type]  # mypy cannot tell which field it is
+
+
 AT_END = 1e-3
 """Distance from an end, as a share of a knob's step, at which a fit has ended there: the gauge moves it that much."""
 
