@@ -124,8 +124,10 @@ def test_a_proof_goes_on_where_it_stopped(proof: Path, tmp_path_factory: pytest.
 
 
 def test_other_cases_may_not_move_into_a_sealed_folder(proof: Path) -> None:
+    drawn: list[int] = []
     with pytest.raises(UnusableInputError, match="seals other cases"):
-        prove(3, seed=6, out=proof)
+        prove(3, seed=6, out=proof, progress=lambda done, total, what: drawn.append(done))
+    assert drawn == [0]  # told by the first
 
 
 def test_twenty_cases_span_the_groups() -> None:

@@ -54,11 +54,22 @@ def put(folder: Path, sealed: Sealed, inputs: Mapping[str, Mapping[str, str]]) -
     path = folder / "seal.json"
     promise = {"schema": SCHEMA, "truth_sha256": sealed.sha256, "inputs": dict(inputs)}
     if path.exists():
-        if json.loads(path.read_text()) != json.loads(json.dumps(promise)):
-            raise UnusableInputError(path, "seals other cases than these", "choose another --out, or ask for the same")
+        if promised(folder) != json.loads(json.dumps(promise)):
+            raise _sealed_otherwise(path)
         return sealed.sha256
     write_text(path, json.dumps(promise, indent=1, sort_keys=True) + "\n")
     return sealed.sha256
+
+
+def check_promise(folder: Path, case: str, inputs: Mapping[str, str]) -> None:
+    """Refuse a folder that promises other files for a case than these, as soon as the case is drawn."""
+    path = folder / "seal.json"
+    if path.exists() and promised(folder)["inputs"].get(case) != inputs:
+        raise _sealed_otherwise(path)
+
+
+def _sealed_otherwise(path: Path) -> UnusableInputError:
+    return UnusableInputError(path, "seals other cases than these", "choose another --out, or ask for the same")
 
 
 def promised(folder: Path) -> dict[str, Any]:
