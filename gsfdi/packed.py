@@ -1,4 +1,12 @@
-"""Turns a model into the arrays that the compiled replay runs on."""
+"""Turns a model into the arrays that the compiled replay runs on, and chooses how long a substep may be.
+
+What a substep leaves out is how a law's torque changes within it: held at its mean, it acts on a gearbox of frequency
+ω as if it were off by (ωh)²/12. At `LAW_PHASE` a cogging or a viscous friction on the motor of a third of the drive's
+torque errs, predicted from sample to sample, by 0.6 to 2 times the noise of a speed sensor of 2 mrad/s; a substep
+half as long by a quarter of that. To carry the slope of each torque on to the next substep, and to evaluate laws at
+the mean state, made slow waves six times as good and viscous friction none, since the effort jumps from tick to tick.
+So it is not done.
+"""
 
 import math
 from bisect import bisect_left
