@@ -92,13 +92,9 @@ def levenberg(
         if not (np.isfinite(H).all() and np.isfinite(g).all()):  # slopes of a model that runs away lead nowhere
             break
         gained, free = 0.0, (high > low) & ~(((values <= low) & (g > 0)) | ((values >= high) & (g < 0)))
-        farthest = np.clip(values + _step(H, g, free, damping) * scale, low, high)
+        trial = farthest = np.clip(values + _step(H, g, free, damping) * scale, low, high)
         bounded = bool(np.any(free & ((farthest == low) | (farthest == high))))
-        for turn in range(DAMPED + HALVED if bounded else DAMPED):
-            if turn < DAMPED:
-                trial = np.clip(values + _step(H, g, free, damping) * scale, low, high)
-            else:
-                trial = values + 0.5 ** (turn - DAMPED + 1) * (farthest - values)
+        for turn in range(1, 1 + DAMPED + bounded * HALVED):
             left = misfit([turned(model, knobs, trial)])[0]
             new = _cost(left, knobs, trial)
             if np.isfinite(new) and new < cost:
@@ -109,6 +105,10 @@ def levenberg(
                 damping /= 100
                 break
             damping = max(10 * damping, 1e-8)
+            if turn < DAMPED:
+                trial = np.clip(values + _step(H, g, free, damping) * scale, low, high)
+            else:
+                trial = values + 0.5 ** (turn - DAMPED + 1) * (farthest - values)
         # A heavily damped step gains little along a valley; only a nearly free one tells that the floor is reached.
         if gained < tolerance and (damping < 1e-7 or gained == 0.0):
             break

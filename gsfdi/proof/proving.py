@@ -26,7 +26,7 @@ from gsfdi.proof.real import COVERS, home, trials
 from gsfdi.proof.rivals import rivals
 from gsfdi.proof.running import TOOL, Desk, examine
 from gsfdi.proof.scoring import named_in
-from gsfdi.proof.seal import Sealed, check_promise, digest, put, spelled
+from gsfdi.proof.seal import Sealed, digest, promised_inputs, put, sealed_otherwise, spelled
 from gsfdi.proof.showcase import showcase
 
 FRESH = 100_000  # seeds of cases begin here; those below served to build the tool
@@ -71,11 +71,12 @@ def prove(
         What ``proof.json`` holds.
     """
     named = neutral(plan(cases, seed) if isinstance(cases, int) else cases, seed)
-    truths, inputs = {}, {}
+    truths, inputs, held = {}, {}, promised_inputs(out)
     with ThreadPoolExecutor(jobs) as pool:
         for done, (name, (truth, hashes)) in enumerate(zip(named, pool.map(drawn, named.values()), strict=True)):
             progress(done, len(named), "drawing cases")
-            check_promise(out, name, hashes)
+            if held is not None and held.get(name) != hashes:
+                raise sealed_otherwise(out)
             truths[name], inputs[name] = truth, hashes
     sealed = Sealed(truths, salt=hashlib.sha256(f"salt {seed}".encode()).hexdigest())
     say(f"{len(named)} cases sealed: SHA-256 {put(out, sealed, inputs)}")

@@ -55,20 +55,21 @@ def put(folder: Path, sealed: Sealed, inputs: Mapping[str, Mapping[str, str]]) -
     promise = {"schema": SCHEMA, "truth_sha256": sealed.sha256, "inputs": dict(inputs)}
     if path.exists():
         if promised(folder) != json.loads(json.dumps(promise)):
-            raise _sealed_otherwise(path)
+            raise sealed_otherwise(folder)
         return sealed.sha256
     write_text(path, json.dumps(promise, indent=1, sort_keys=True) + "\n")
     return sealed.sha256
 
 
-def check_promise(folder: Path, case: str, inputs: Mapping[str, str]) -> None:
-    """Refuse a folder that promises other files for a case than these, as soon as the case is drawn."""
+def promised_inputs(folder: Path) -> Mapping[str, Any] | None:
+    """Hashes of the files that a folder's seal promises for each case; None where there is no seal yet."""
+    inputs: Mapping[str, Any] | None = promised(folder).get("inputs", {}) if (folder / "seal.json").exists() else None
+    return inputs
+
+
+def sealed_otherwise(folder: Path) -> UnusableInputError:
+    """Say that a folder promises other cases than those at hand."""
     path = folder / "seal.json"
-    if path.exists() and promised(folder)["inputs"].get(case) != inputs:
-        raise _sealed_otherwise(path)
-
-
-def _sealed_otherwise(path: Path) -> UnusableInputError:
     return UnusableInputError(path, "seals other cases than these", "choose another --out, or ask for the same")
 
 

@@ -68,7 +68,7 @@ FAR = 0.5
 EARLY = 0.5
 """Part of its gain that a finalist has at least after its first turn; on three joints they had nine tenths."""
 IDLE = 0.5
-"""Part of what a winner gains, from which it gains that by being written into the model."""
+"""Part of what a winner gains from which on that is none of its own doing."""
 OWED = 0.5
 """Part of what another law of a finalist gains that does not count against the others while something is left.
 
@@ -254,10 +254,13 @@ def contend(
         if rank > (best[0] if best else (False, 0.0)):  # one that gains nothing only moves the mismatch about
             best = (rank, entry, settled)
     entries = (*ranked, *screening.entries)
-    settled = loosened(hand, best[1], best[2], shelf_terms, floor) if best else hand
-    if best is None or settled is not best[2]:
-        return undecided(hand, screening, entries, shelf_terms), None if settled is hand else settled
-    return Contest(entries, best[1], trials, beyond=frozenset(beyond)), from_below(settled, floor)
+    if best is None:
+        return undecided(hand, screening, entries, shelf_terms), None
+    _, winner, settled = best
+    left = loosened(hand, winner, settled, shelf_terms, floor)
+    if left is not settled:
+        return undecided(hand, screening, entries, shelf_terms), None if left is hand else left
+    return Contest(entries, winner, trials, beyond=frozenset(beyond)), from_below(settled, floor)
 
 
 def loosened(hand: Round, winner: Entry, settled: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array) -> Round:
