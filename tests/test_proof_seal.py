@@ -130,6 +130,13 @@ def test_other_cases_may_not_move_into_a_sealed_folder(proof: Path) -> None:
     assert drawn == [0]  # told by the first
 
 
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}"])
+def test_what_is_no_seal_is_told_so(tmp_path: Path, text: str) -> None:
+    (tmp_path / "seal.json").write_text(text)
+    with pytest.raises(UnusableInputError, match="is no seal"):
+        prove(1, seed=6, out=tmp_path)
+
+
 def test_twenty_cases_span_the_groups() -> None:
     designs = plan(20, 0)
     assert len(designs) == 20

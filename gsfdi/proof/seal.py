@@ -63,8 +63,7 @@ def put(folder: Path, sealed: Sealed, inputs: Mapping[str, Mapping[str, str]]) -
 
 def promised_inputs(folder: Path) -> Mapping[str, Any] | None:
     """Hashes of the files that a folder's seal promises for each case; None where there is no seal yet."""
-    inputs: Mapping[str, Any] | None = promised(folder).get("inputs", {}) if (folder / "seal.json").exists() else None
-    return inputs
+    return promised(folder)["inputs"] if (folder / "seal.json").exists() else None
 
 
 def sealed_otherwise(folder: Path) -> UnusableInputError:
@@ -76,10 +75,13 @@ def sealed_otherwise(folder: Path) -> UnusableInputError:
 def promised(folder: Path) -> dict[str, Any]:
     """Read the promise of a folder."""
     path = folder / "seal.json"
+    mend = "give the folder that gsfdi prove wrote"
     try:
-        promise: dict[str, Any] = json.loads(path.read_text())
+        promise = json.loads(path.read_text())
     except (OSError, ValueError) as error:
-        raise UnusableInputError(path, f"is no seal ({error})", "give the folder that gsfdi prove wrote") from error
+        raise UnusableInputError(path, f"is no seal ({error})", mend) from error
+    if not isinstance(promise, dict) or not {"truth_sha256", "inputs"} <= promise.keys():
+        raise UnusableInputError(path, "is no seal: it promises neither a truth nor inputs", mend)
     return promise
 
 
