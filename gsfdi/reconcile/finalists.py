@@ -235,8 +235,7 @@ def settled_onset(hand: Round, floor: Array) -> Round:
         always = settle(hand.stand, model, hand.fitted.knobs, floor)
         if likelier(always, hand) > 0:
             return always
-    width = hand.stand.scales.seconds / ONSETS / 4
-    fitted = refined_onset(hand, hand.fitted, last, width)
+    fitted = refined_onset(hand, hand.fitted, last, hand.stand.scales.seconds / ONSETS, rounds=4)
     if fitted.cost > hand.fitted.cost - KNOB_COST:
         return hand
     return settle(hand.stand, fitted.model, fitted.knobs, floor)

@@ -297,7 +297,9 @@ def tuned(hand: Round, entry: Entry, values: Mapping[str, float]) -> Mapping[str
     return values
 
 
-def refined_onset(hand: Round, fitted: Fitted, place: int, width: float, known: Array | None = None) -> Fitted:
+def refined_onset(
+    hand: Round, fitted: Fitted, place: int, width: float, known: Array | None = None, rounds: int = 3
+) -> Fitted:
     """Move the onset of the term at `place` to where it fits best; slopes cannot, for it moves by whole samples.
 
     Parameters
@@ -311,10 +313,12 @@ def refined_onset(hand: Round, fitted: Fitted, place: int, width: float, known: 
         How far off it may be [s].
     known : (n, j) array, optional
         Slopes of the first j knobs; without it, those of `hand`.
+    rounds : int
+        Each looks a fourth as wide about the best of the last.
     """
     known = hand.fitted.jacobian if known is None else known
     knob = Knob(place, "onset", 1.0, 0.5 * EARLIEST * hand.stand.scales.seconds, 0.99 * hand.stand.scales.seconds)
-    for _ in range(3):
+    for _ in range(rounds):
         start = knob.read(fitted.model)
         models = [knob.turn(fitted.model, start + step * width) for step in np.linspace(-1, 1, 9)]
         costs = 0.5 * np.sum(hand.misfit(models) ** 2, axis=1)
