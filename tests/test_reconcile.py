@@ -32,7 +32,7 @@ from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.sheet import LawFinding, sheet_of
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.verdict import is_series, strained
+from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, strained
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -221,6 +221,40 @@ def test_numbers_that_went_as_far_as_they_are_believed_are_told(values: list[flo
 
 
 @pytest.mark.parametrize(
+    ("term", "name", "value", "far"),
+    [
+        ("gearbox_hysteresis", "torque_nm", 60.0, True),
+        ("gearbox_hysteresis", "torque_nm", 59.0, False),
+        ("gearbox_hysteresis", "torque_nm", 0.0, False),
+        ("stribeck_friction", "velocity_rad_s", 60.0, True),
+        ("stribeck_friction", "velocity_rad_s", 0.0, False),
+        ("cogging", "order", 60.0, False),
+    ],
+)
+def test_what_goes_as_far_as_it_may_stands_for_something_else(term: str, name: str, value: float, far: bool) -> None:
+    fitted = SimpleNamespace(
+        knobs=[Knob(-1, "stiffness", 1.0, 0.0, 60.0), Knob(0, name, 1.0, 0.0, 60.0)],
+        values=[60.0, value],
+        model=SimpleNamespace(physics=[TermUse(term, {name: value})]),
+    )
+    settled = SimpleNamespace(model=SimpleNamespace(physics=()))
+    case = SimpleNamespace(
+        hand=SimpleNamespace(fitted=fitted), settled=settled, terms=shelf("gsfdi.terms", PhysicsTerm)
+    )
+    assert is_far(case) is far  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("speed", "torque", "pieces"), [(0.068, 3.3, True), (0.072, 3.3, False), (0.068, 0.3, False)])
+def test_two_laws_of_one_speed_and_one_torque_are_pieces_of_another(speed: float, torque: float, pieces: bool) -> None:
+    uses = [
+        TermUse("shear_thinning_friction", {"torque_nm": 3.31, "velocity_rad_s": 0.0681}),
+        TermUse("stribeck_friction", {"excess_nm": torque, "velocity_rad_s": speed}),
+        TermUse("viscous_friction", {"coefficient_nms_rad": 1.0}),
+    ]
+    assert is_in_pieces(SimpleNamespace(found=[SimpleNamespace(use=use) for use in uses])) is pieces  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
     ("term", "by_twin", "held_out", "expected"),
     [
         ("position_bias", 0.0, 1.0, "explained"),
@@ -242,6 +276,8 @@ def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
         found=[SimpleNamespace(use=use)],
         hand=SimpleNamespace(fitted=fitted, torque=np.array([0.05, 0.0])),
         floor=np.array([0.01, 0.0]),
+        settled=SimpleNamespace(model=SimpleNamespace(physics=())),
+        terms=shelf("gsfdi.terms", PhysicsTerm),
         stand=stand,
         logged=stand,
         refitted=None,

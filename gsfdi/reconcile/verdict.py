@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from gsfdi.fit import Knob
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.enough import is_blind
+from gsfdi.reconcile.finalists import has_ended
 from gsfdi.reconcile.hand import is_sensor
 from gsfdi.reconcile.judge import torque_left, white_left
 from gsfdi.reconcile.offering import SIMULATED
@@ -32,6 +34,8 @@ AS_GOOD = 1.3
 """The same before a model with what was found in it is taken to lack more."""
 APART = 0.03
 """Share of the time by which two things set in apart from each other."""
+SAME = 0.02
+"""Share by which the numbers of two laws may differ that are pieces of one."""
 SERIES = 3
 """Waves or bumps of one kind that draw whatever depends on the angle, as the terms of a series do."""
 PLANT = {*TERM_OF.values(), "torque_constant_drift", "current_gain"}
@@ -67,7 +71,7 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     piled = [name.use.term for name in case.found if name.use.term in PLANT]
     onsets = [name.use.onset for name in case.found if name.use.onset is not None]
     scattered = len(onsets) > 1 and max(onsets) - min(onsets) > APART * case.stand.scales.seconds
-    if len(piled) > 1 or scattered or is_series(case) or strained(case):
+    if len(piled) > 1 or scattered or is_series(case) or strained(case) or is_far(case) or is_in_pieces(case):
         # a joint of which two numbers are far off at once has another law than any of these, and so has one in which
         # one thing after another sets in within one recording
         return "partly_explained"
@@ -90,6 +94,32 @@ def is_series(case: Case) -> bool:
         knob.place >= 0 and fitted.model.physics[knob.place].term in series and is_at_end(knob, value)
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )
+
+
+def is_far(case: Case) -> bool:
+    """Whether a number that sizes or shapes what was found ended as far as it may go.
+
+    What it stands for goes on beyond. A gearbox that creeps was a hysteresis of three times the drive's torque.
+    """
+    fitted, given = case.hand.fitted, len(case.settled.model.physics)
+    for knob, value in zip(fitted.knobs, fitted.values, strict=True):
+        if knob.place >= given and has_ended(fitted, case.terms, knob.place):
+            return True
+        if knob.place >= given and knob.name != "onset" and knob.is_at(knob.high, value):
+            term = case.terms[fitted.model.physics[knob.place].term]
+            if term.param(knob.name).kind == "plain" and term.param(knob.name) is not term.order:
+                return True
+    return False
+
+
+def is_in_pieces(case: Case) -> bool:
+    """Whether two laws of friction that were found turn over at one speed and by one torque.
+
+    What one loses the other gains: together they are a law that has no name here.
+    """
+    laws = [use.values for use in (name.use for name in case.found) if "velocity_rad_s" in use.values]
+    sizes = [(law["velocity_rad_s"], max(abs(v) for name, v in law.items() if name.endswith("_nm"))) for law in laws]
+    return any(np.allclose(one, other, rtol=SAME, atol=0.0) for one, other in combinations(sizes, 2))
 
 
 def strained(case: Case) -> list[str]:
