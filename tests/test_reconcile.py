@@ -467,6 +467,10 @@ def test_efforts_are_at_no_limit_where_they_lie_elsewhere() -> None:
     assert not is_no_plateau(np.full(5, 0.98), 1.0, 0.01)
     assert is_no_plateau(np.full(5, 0.25), 1.0, 0.2)
     assert is_no_plateau(np.array([0.0, 0.5, 1.0]), 1.0, 0.5)  # noise so large tells no plateau
+    peaks = np.linspace(1.0, 1.1, 30)
+    assert is_no_plateau(peaks, 1.0, 0.1, 0.002)
+    assert not is_no_plateau(peaks, 1.0, 0.1, 0.03)
+    assert not is_no_plateau(peaks, 1.0, 0.1)  # nothing is said of the sensor
 
 
 @pytest.mark.parametrize(("gain", "believed"), [(12.0, True), (225.0, False), (1457.0, False)])

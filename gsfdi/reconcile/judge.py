@@ -19,7 +19,7 @@ from gsfdi.reconcile.rivals import DRY, rivals
 from gsfdi.reconcile.simpler import there_all_along, without
 from gsfdi.reconcile.ticks import CLOCKS, READ, unshifted
 from gsfdi.reconcile.trifles import pruned
-from gsfdi.reconcile.turning import spread_of
+from gsfdi.reconcile.turning import nearing, spread_of
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 
@@ -37,6 +37,8 @@ UNFELT = 0.1
 """Travel of a usual sample, as a share, in which a bristle that is not felt has bent."""
 WITHIN = 4.0
 """Log-likelihood that a number within its interval costs at most; of two that stand for one another, one is needed."""
+NEAR = 1000.0
+"""Log-likelihood within which a model without a term may catch up when it is fitted further."""
 CLOSE = 0.05
 """Probability, as a share of the best, from which a rival counts as not told apart."""
 
@@ -162,12 +164,21 @@ def names(
         found.append(Name(use, float(weights[0] + sum(same)), 0.0, {}, others))
         place += 1
     hand = freed(hand)
-    bares = [without(hand, given + i) for i in range(len(found))]
+    bares = [bared(hand, given + i) for i in range(len(found))]
     found, beside = _with_intervals(hand, given, found, bares), faulty or len(found) > 1
     for i, (name, bare) in enumerate(zip(found, bares, strict=True)):
         if bare.cost - hand.fitted.cost < needless(hand, given + i, name, shelf_terms[name.use.term], beside):
             return names(around(hand, bare), given, contests, shelf_terms, faulty)
     return hand, found
+
+
+def bared(hand: Round, place: int) -> Fitted:
+    """Refit the model in hand without the term at `place`, to the end where that may yet be as good.
+
+    Two terms that cancel each other both seem to be needed after a few rounds.
+    """
+    bare = without(hand, place)
+    return nearing(hand.misfit, bare, hand.fitted.cost, WITHIN) if bare.cost - hand.fitted.cost < NEAR else bare
 
 
 def needless(hand: Round, place: int, name: Name, term: PhysicsTerm, beside: bool) -> float:

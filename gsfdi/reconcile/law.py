@@ -132,6 +132,8 @@ FLAT = 3.0
 """Spread of the effort at a limit, and its distance from it, over the law's misfit, up to which it is a plateau."""
 WIDE = 0.3
 """The same as a share of the limit, however little the law can be told in noise."""
+HIGH, ABOVE = 0.9, 5.0
+"""Share of the efforts at a limit that lie above it by no more than so many times their sensor's noise."""
 RULES_AT_A_LIMIT: tuple[Windup, ...] = ("rests", "unwinds", "goes_on")
 """What integrals do at a limit, in the order in which they are believed where all suit a log alike."""
 DEPTHS = (0.998, 0.995, 0.98, 0.95)
@@ -315,7 +317,7 @@ def _plateau(held: Held, depth: float, step: float, windup: Windup) -> LawFindin
     scatter = float(np.std(at_it)) if plain else max(width, errs)  # the highest few scatter less than their noise
     spread = MEDIAN * scatter / float(np.sqrt(len(at_it)))
     met = begun & (beyond > 0)
-    if not met.any() or is_no_plateau(effort[met], limit, errs):
+    if not met.any() or is_no_plateau(effort[met], limit, errs, effort_noise(held.log.model)):
         return None
     hardly |= bool(np.median(beyond[met]) < errs and np.mean(beyond[near]) < SURPLUS * errs / np.sqrt(near.sum()))
     if hardly and not gain > step > SURE:  # what is asked for exceeds it by what the law errs, if at all
@@ -326,10 +328,15 @@ def _plateau(held: Held, depth: float, step: float, windup: Windup) -> LawFindin
     return LawFinding("current_limit", {"limit_a": limit}, None, gain, share, spread, windup)
 
 
-def is_no_plateau(effort: Array, limit: float, errs: float) -> bool:
-    """Whether efforts that should be at a limit scatter, or lie elsewhere, by more than the law's error or by much."""
+def is_no_plateau(effort: Array, limit: float, errs: float, noise: float = 0.0) -> bool:
+    """Whether efforts that should be at a limit scatter, or lie elsewhere, by more than the law's error or by much.
+
+    Those that the law asked for less may lie below. None lies above it by more than its sensor's `noise`, where that
+    is stated: at a bump of friction that no slope of noisy positions shows the highest efforts had seemed clipped.
+    """
     off = max(float(np.std(effort)), abs(float(np.median(effort)) - limit))
-    return off > min(FLAT * errs, WIDE * limit)
+    above = float(np.quantile(effort, HIGH)) - limit
+    return off > min(FLAT * errs, WIDE * limit) or (noise > 0 and above > ABOVE * noise)
 
 
 def densest(values: Array) -> float:

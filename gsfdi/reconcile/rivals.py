@@ -16,7 +16,7 @@ from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.say import CONFUSED
 from gsfdi.reconcile.screen import ONSETS, Entry, allowed, refined_onset
 from gsfdi.reconcile.ticks import moot_by_shift
-from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.reconcile.turning import fit_knobs, nearing
 from gsfdi.sliding import SMOOTH
 from gsfdi.types import Array
 
@@ -29,9 +29,6 @@ HARDLY = 1e-3
 
 FEW = 12
 """Times at which a rival that sets in is tried where the term in hand was there from the start, or drifts."""
-
-HALF = 0.5
-"""What it is behind, as a share of what it was four rounds ago, below which a rival may yet catch up."""
 
 
 def rivals(
@@ -84,7 +81,7 @@ def rivals(
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
         known, beyond = hand.fitted.jacobian[:, keep], (entry.offer.term, entry.offer.side) in contest.beyond
         fitted = fit_knobs(hand.misfit, model, knobs, 1 if beyond else 4, known)
-        fitted = fitted if beyond else nearing(hand, fitted, hopeless)
+        fitted = fitted if beyond else nearing(hand.misfit, fitted, hand.fitted.cost, hopeless)
         if use.onset is not None and fitted.cost - hand.fitted.cost < 10 * hopeless:
             if own.onset is None:
                 fitted = elsewhere(hand, fitted, known)
@@ -99,18 +96,6 @@ def rivals(
         if not is_at_bound(fitted, shelf_terms):
             found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
     return found
-
-
-def nearing(hand: Round, fitted: Fitted, hopeless: float) -> Fitted:
-    """Go on fitting a rival while it makes up half of what it is behind, as fits along a valley do.
-
-    A constant load in the place of a cable, beside a weight that had to go with it, was 3,100 behind after four rounds.
-    """
-    behind = np.inf
-    while hopeless < fitted.cost - hand.fitted.cost < HALF * behind:
-        behind = fitted.cost - hand.fitted.cost
-        fitted = fit_knobs(hand.misfit, fitted.model, fitted.knobs, 4)
-    return fitted
 
 
 def elsewhere(hand: Round, fitted: Fitted, known: Array) -> Fitted:

@@ -24,6 +24,9 @@ DOUBT = 0.03
 REACH = 0.08 / DOUBT
 """Farthest that a nominal parameter may be off before that is a change with a name of its own, in those deviations."""
 
+CATCHES_UP = 0.5
+"""What a fit is behind, as a share of what it was some rounds before, below which it may yet catch up."""
+
 
 def believed(value: float, doubt: float) -> tuple[float, float]:
     """Ends between which a number of the model believed to within `doubt` is still that number."""
@@ -43,6 +46,19 @@ def fit_knobs(
     """Fit `knobs`, those of changed parameters held at their nominal values, and settle the gauge."""
     knobs = [_held(knob, model) for knob in knobs]
     return balanced(misfit, levenberg(misfit, model, knobs, rounds, tolerance, known))
+
+
+def nearing(misfit: Misfit, fitted: Fitted, best: float, enough: float) -> Fitted:
+    """Go on fitting while that makes up half of what `fitted` costs more than `best`, until it is `enough`.
+
+    Along a valley a few rounds lead nowhere near its end. A constant load in the place of a cable, beside a weight that
+    had to go with it, was 3,100 behind after four rounds and better by 220 in the end.
+    """
+    behind = np.inf
+    while enough < fitted.cost - best < CATCHES_UP * behind:
+        behind = fitted.cost - best
+        fitted = fit_knobs(misfit, fitted.model, fitted.knobs, 4)
+    return fitted
 
 
 def _held(knob: Knob, model: JointModel) -> Knob:

@@ -33,8 +33,9 @@ HIGHEST = 100.0
 """Order up to which waves are tried, however few samples they have at working speed: there they shrink by what the
 joint takes the mean of, and alias, but every reversal shows them whole. A cogging of 95 Hz at full speed, sampled at
 100 Hz, gained 8,000 of log-likelihood; with orders below those of the fastest motion only, delays stood in for it."""
-LEAST_WAVES = 0.75
-"""Waves of a motor that must lie within the motion: a smaller part of one is what a weight or a cable does, too."""
+LEAST_WAVES, OF_TORQUE = 0.75, 0.4
+"""Waves of a motor that must lie within the motion, and of those that are a torque: a smaller part of one is what a
+weight, a cable or another number of the plant does, too."""
 ALONG = np.concatenate([np.geomspace(1.0, 12.0, 32), np.arange(13.0, 46.0)])
 """Waves per travel to try on a linear drive, of which nothing says that they are whole: no more than one apart."""
 
@@ -50,7 +51,7 @@ def worthy_orders(hand: Round, most: int = MOST) -> Mapping[str, tuple[float, ..
 
 
 def _best(hand: Round, place: Place, states: list[Array], most: int) -> tuple[float, ...]:
-    orders = _promising(hand, place, states, _grid(hand.stand, place == "position_sensor"))
+    orders = _promising(hand, place, states, _grid(hand.stand, place))
     chunks = np.array_split(orders, math.ceil(len(orders) / AT_ONCE))
     gains = np.concatenate([_gains(hand, _signatures(hand, place, states, chunk), len(chunk)) for chunk in chunks])
     return tuple(float(orders[k]) for k in np.argsort(-gains)[:most])
@@ -135,12 +136,14 @@ def _angle(stand: Bench, place: Place, state: Array) -> Array:
     return state[:, 0] + state[:, 2] if place == "position_sensor" else stand.model.plant.gear_ratio * state[:, 0]
 
 
-def _grid(stand: Bench, on_joint: bool) -> Array:
+def _grid(stand: Bench, place: Place) -> Array:
     """Whole orders; for a linear drive, waves per travel."""
+    on_joint = place == "position_sensor"
     turns = 1.0 if on_joint else stand.model.plant.gear_ratio
     if stand.model.axis == "linear":
         return ALONG * np.pi / (stand.scales.reach * turns)
-    first = 1.0 if on_joint else max(1.0, np.ceil(LEAST_WAVES * np.pi / (stand.scales.reach * turns)))
+    waves = 0.0 if on_joint else OF_TORQUE if place == "torque" else LEAST_WAVES
+    first = max(1.0, np.ceil(waves * np.pi / (stand.scales.reach * turns)))
     return np.arange(first, max(first + 1.0, HIGHEST) + 1.0)
 
 
