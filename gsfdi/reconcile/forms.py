@@ -10,7 +10,7 @@ from gsfdi.model import JointModel
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.finalists import KNOB_COST, is_stretched
 from gsfdi.reconcile.hand import Round, around, from_below, leaves_nothing, likelier, project, regressed, settle
-from gsfdi.reconcile.knobs import plausible
+from gsfdi.reconcile.knobs import plausible, term_knobs
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.screen import LEAST, likeliest
 from gsfdi.reconcile.stops import pressed
@@ -51,6 +51,37 @@ def retuned(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         trial = fit_knobs(hand.misfit, model.with_use(place, replace(use, values=values)), best.knobs, 3)
         best = min(best, trial, key=lambda one: one.cost)
     return hand if best.cost > hand.fitted.cost - KNOB_COST else settle(hand.stand, best.model, best.knobs, floor)
+
+
+def reordered(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
+    """Move the wave at `place` on to the next whole order while it has gone as far towards that as an order may be off.
+
+    Slower waves than are sought at first are found so: a ripple of order 2 seemed one of 2.97 and one of 4.95.
+    """
+    if term.order is None or hand.stand.model.axis == "linear":
+        return hand
+    while (order := _beside(hand, place, term.order.name)) >= 1.0:
+        model = hand.fitted.model
+        use = model.physics[place]
+        turns = 1.0 if term.place == "position_sensor" else hand.stand.model.plant.gear_ratio
+        ahead = (use.values[term.order.name] - order) * turns * hand.stand.scales.centre
+        values = {**use.values, term.order.name: order, "phase_rad": use.values["phase_rad"] + ahead}
+        model = model.with_use(place, replace(use, values=values))
+        knobs = [knob for knob in hand.fitted.knobs if knob.place != place] + term_knobs(hand.stand, model, place)
+        settled = settle(hand.stand, model, knobs, floor)
+        if likelier(settled, hand) <= 0:
+            return hand
+        hand = settled
+    return hand
+
+
+def _beside(hand: Round, place: int, name: str) -> float:
+    """Whole order next to that at `place`, on the side to which it has gone as far as it may; 0 where it has not."""
+    for knob, value in zip(hand.fitted.knobs, hand.fitted.values, strict=True):
+        if (knob.place, knob.name) == (place, name):
+            down, up = knob.is_at(knob.low, value), knob.is_at(knob.high, value)
+            return float(np.round(value) + up - down) if up or down else 0.0
+    return 0.0
 
 
 def _emptied(hand: Round, place: int, size: str) -> Round:
