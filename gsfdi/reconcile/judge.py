@@ -15,6 +15,7 @@ from gsfdi.reconcile.forms import unrefined
 from gsfdi.reconcile.hand import Round, around, is_sensor, missing
 from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.offering import SIMULATED
+from gsfdi.reconcile.regauge import regauged
 from gsfdi.reconcile.rivals import DRY, rivals
 from gsfdi.reconcile.simpler import there_all_along, without
 from gsfdi.reconcile.ticks import CLOCKS, READ, unshifted
@@ -127,7 +128,7 @@ def names(
     faulty : bool
         Whether the law or the values have shown something wrong already, beside which any term must be needed.
     """
-    hand = dated(unshifted(unrefined(pruned(hand, given, shelf_terms))), given)
+    hand = regauged(dated(unshifted(unrefined(pruned(hand, given, shelf_terms))), given), given)
     found: list[Name] = []
     place = given
     swaps, former = 0, dict[tuple[str, str | None], TermUse]()

@@ -66,6 +66,7 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) 
     ]
     if stand.model.structure == "rigid":
         found = [replace(o, side=None) for o in found if o.side != "motor"]
-    found = [lowered(offer, stand.model, shelf_terms[offer.term]) for offer in found]
+    held = hand.fitted.model.physics[:given]
+    found = [lowered(offer, stand.model, shelf_terms[offer.term], held) for offer in found]
     there = {(u.term, u.side) for u in hand.fitted.model.physics[given:] if not shelf_terms[u.term].several}
     return [o for o in found if (o.term, o.side) not in there]

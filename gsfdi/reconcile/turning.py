@@ -72,7 +72,7 @@ def _held(knob: Knob, model: JointModel) -> Knob:
 
 def balanced(misfit: Misfit, fitted: Fitted) -> Fitted:
     """Scale everything that is a torque so that the priors are kept best; the innovations do not notice."""
-    scales = np.array([_is_torque(knob, fitted.model) for knob in fitted.knobs], dtype=np.bool_)
+    scales = np.array([is_torque(knob, fitted.model) for knob in fitted.knobs], dtype=np.bool_)
     names = {knob.name for knob in fitted.knobs if knob.place == -1}
     if "torque_constant" not in names or not scales.any():
         return fitted
@@ -105,7 +105,7 @@ def spread_of(fitted: Fitted, blocks: Ints) -> Array:
     """
     J = fitted.jacobian
     along = np.array(
-        [v / k.scale if _is_torque(k, fitted.model) else 0.0 for k, v in zip(fitted.knobs, fitted.values, strict=True)]
+        [v / k.scale if is_torque(k, fitted.model) else 0.0 for k, v in zip(fitted.knobs, fitted.values, strict=True)]
     )
     steep = np.sum(J**2, axis=0) * along
     if "torque_constant" in {k.name for k in fitted.knobs if k.place == -1} and along @ steep > 0:
@@ -113,7 +113,7 @@ def spread_of(fitted: Fitted, blocks: Ints) -> Array:
     return covariance(replace(fitted, jacobian=J), blocks)
 
 
-def _is_torque(knob: Knob, model: JointModel) -> bool:
+def is_torque(knob: Knob, model: JointModel) -> bool:
     """Whether a knob scales with the unit of torque."""
     if knob.place < 0:
         return knob.place == -1
