@@ -18,10 +18,11 @@ from gsfdi.reconcile.parameters import TERM_OF, TOLERANCE
 from gsfdi.reconcile.turning import fit_knobs, is_torque
 
 FEWEST = 3
-"""Numbers of the plant that must agree: of two, every twentieth pair does by chance."""
+"""Numbers of the plant that must agree: where each is off by 3 %, one pair in 12 does by chance, and 1 of 250 threes."""
 OFF, AGREE = 0.01, 0.15
 """Share by which they must be off, and the part of it by which they may differ in that."""
 ROUNDS = 8
+"""Rounds of the fit that follows: it begins near its end."""
 
 
 def regauged(hand: Round, given: int) -> Round:
