@@ -18,7 +18,7 @@ from gsfdi.reconcile.parameters import TERM_OF, TOLERANCE
 from gsfdi.reconcile.turning import fit_knobs, is_torque
 
 FEWEST = 3
-"""Numbers of the plant that must agree: where each is off by 3 %, one pair in 12 does by chance, and 1 of 250 threes."""
+"""Numbers of the plant that must agree: of those off by 3 % each, one pair in 12 does by chance, one three in 250."""
 OFF, AGREE = 0.01, 0.15
 """Share by which they must be off, and the part of it by which they may differ in that."""
 ROUNDS = 8
