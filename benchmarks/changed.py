@@ -7,9 +7,10 @@ its viscous friction changed, and what was said. Made by gsfdi's own simulator, 
 import argparse
 import itertools
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+
+from tally import tally
 
 from gsfdi.model import TermUse
 from gsfdi.modelfile import load_models
@@ -56,12 +57,7 @@ def main() -> None:
     asked.add_argument("--jobs", type=int, default=2)
     call = asked.parse_args()
     pairs = [(pair, call.first + i, call.seconds) for i, pair in enumerate(itertools.product(SHARES, SHARES))]
-    with ProcessPoolExecutor(call.jobs) as pool:
-        found = []
-        for right, line in pool.map(one, pairs):
-            print(line, flush=True)
-            found.append(right)
-    print(f"told rightly and alone: {sum(found)} of {len(found)}")
+    print(f"told rightly and alone: {tally(one, pairs, call.jobs)}")
 
 
 if __name__ == "__main__":

@@ -10,11 +10,11 @@ what is dry stops the carriage exactly. Shares no code with gsfdi's simulator, n
 import argparse
 import math
 import time
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numba
 import numpy as np
+from tally import tally
 
 from gsfdi.modelfile import load_models
 from gsfdi.reconcile import reconcile
@@ -123,12 +123,8 @@ def main() -> None:
     asked.add_argument("--first", type=int, default=100, help="seed of the first drive")
     asked.add_argument("--jobs", type=int, default=2)
     call = asked.parse_args()
-    with ProcessPoolExecutor(call.jobs) as pool:
-        found = []
-        for right, line in pool.map(one, [(drag, call.first + i) for i, drag in enumerate(DRAGS)]):
-            print(line, flush=True)
-            found.append(right)
-    print(f"named rightly and alone: {sum(found)} of {len(found)}")
+    jobs = [(drag, call.first + i) for i, drag in enumerate(DRAGS)]
+    print(f"named rightly and alone: {tally(one, jobs, call.jobs)}")
 
 
 if __name__ == "__main__":

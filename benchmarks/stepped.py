@@ -12,12 +12,12 @@ with that of the proof.
 import argparse
 import math
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import numba
 import numpy as np
+from tally import tally
 
 from gsfdi.model import Controller, JointModel
 from gsfdi.modelfile import load_models
@@ -238,12 +238,7 @@ def main() -> None:
         Job(effect, call.share, call.first + i, call.steps, call.exact, call.ramps, call.without)
         for i, effect in enumerate(EFFECTS)
     ]
-    with ProcessPoolExecutor(call.jobs) as pool:
-        found = []
-        for right, line in pool.map(one, jobs):
-            print(line, flush=True)
-            found.append(right)
-    print(f"named rightly and alone: {sum(found)} of {len(found)}")
+    print(f"named rightly and alone: {tally(one, jobs, call.jobs)}")
 
 
 if __name__ == "__main__":

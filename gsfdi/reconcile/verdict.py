@@ -102,14 +102,17 @@ def is_far(case: Case) -> bool:
     What it stands for goes on beyond. A gearbox that creeps was a hysteresis of three times the drive's torque.
     """
     fitted, given = case.hand.fitted, len(case.settled.model.physics)
-    for knob, value in zip(fitted.knobs, fitted.values, strict=True):
-        if knob.place >= given and has_ended(fitted, case.terms, knob.place):
-            return True
-        if knob.place >= given and knob.name != "onset" and knob.is_at(knob.high, value):
-            term = case.terms[fitted.model.physics[knob.place].term]
-            if term.param(knob.name).kind == "plain" and term.param(knob.name) is not term.order:
-                return True
-    return False
+    physics = fitted.model.physics
+    if any(has_ended(fitted, case.terms, place) for place in range(given, len(physics))):
+        return True
+
+    def shapes(knob: Knob) -> bool:
+        term = case.terms[physics[knob.place].term]
+        shaping = knob.name != "onset" and term.param(knob.name).kind == "plain"
+        return shaping and term.param(knob.name) is not term.order
+
+    pairs = zip(fitted.knobs, fitted.values, strict=True)
+    return any(knob.place >= given and knob.is_at(knob.high, value) and shapes(knob) for knob, value in pairs)
 
 
 def is_in_pieces(case: Case) -> bool:
