@@ -776,6 +776,8 @@ def test_a_part_that_holds_all_of_the_misfit_is_not_kept_for_judging() -> None:
     inside = (when > 0.7) & (when < 0.88)
     assert typical_window(stand, [np.where(inside, 1.0, 0.0)[:, None] * np.ones(2)]) != HOLD_OUT
     assert typical_window(stand, [np.ones((len(when), 2))]) == HOLD_OUT
+    kept = stand.judged_in((0.34, 0.52))
+    assert typical_window(kept, [np.ones((len(when), 2))]) == kept.window
 
 
 def test_an_offer_that_lives_in_one_block_has_a_high_bar_of_its_own() -> None:
@@ -793,7 +795,7 @@ def test_an_offer_that_lives_in_one_block_has_a_high_bar_of_its_own() -> None:
 def test_an_observer_does_not_work_the_bristles() -> None:
     use = TermUse("presliding_friction", {"torque_nm": 2.0, "stiffness_nm_rad": 1e4})
     found = []
-    for seed in (1, 2, 3):  # each alone is known to 2 to 5 %
+    for seed in (1, 2, 4):  # each alone is known to 2 to 5 %
         (entry,) = told(use, seed=seed).omitted_physics
         assert entry["term"] == "presliding_friction"
         found.append(entry["parameters"]["stiffness_nm_rad"]["value"])

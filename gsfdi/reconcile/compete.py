@@ -131,7 +131,9 @@ def compete(
     if window != first.stand.window:
         first = opening(first.stand.judged_in(window), model, level)
     first, hand, contests = rounds(first, shelf_terms, len(model.physics), most)
-    window = dating_window(first.stand, hand.fitted.model.physics[len(model.physics) :])
+    window = typical_window(first.stand, hand.innovations)  # an end stop that is met then only shows in a good fit
+    if window == first.stand.window:
+        window = dating_window(first.stand, hand.fitted.model.physics[len(model.physics) :])
     if window != first.stand.window:
         first = opening(first.stand.judged_in(window), model, level)
         return rounds(first, shelf_terms, len(model.physics), most)

@@ -22,8 +22,9 @@ def typical_window(stand: Bench, innovations: Sequence[Array]) -> tuple[float, f
     Parameters
     ----------
     stand : Bench
+        The part that it keeps so far comes first.
     innovations : sequence of (n, 2) arrays
-        Of the nominal model with its numbers fitted.
+        Of a model with its numbers fitted.
     """
     power, when = [], []
     for i, (e, record) in enumerate(zip(innovations, stand.records, strict=True)):
@@ -32,8 +33,9 @@ def typical_window(stand: Bench, innovations: Sequence[Array]) -> tuple[float, f
         when.append(record.t / stand.seconds(i))
     energy, t = np.concatenate(power), np.concatenate(when)
     whole = float(energy[t > 0.02].sum()) or 1.0
-    shares = [float(energy[(t >= low) & (t < high)].sum()) / whole for low, high in WINDOWS]
-    return next((w for w, share in zip(WINDOWS, shares, strict=True) if share < USUAL), WINDOWS[int(np.argmin(shares))])
+    windows = (stand.window, *WINDOWS)
+    shares = [float(energy[(t >= low) & (t < high)].sum()) / whole for low, high in windows]
+    return next((w for w, share in zip(windows, shares, strict=True) if share < USUAL), windows[int(np.argmin(shares))])
 
 
 def dating_window(stand: Bench, uses: Sequence[TermUse]) -> tuple[float, float]:
