@@ -40,6 +40,9 @@ WITHIN = 4.0
 """Log-likelihood that a number within its interval costs at most; of two that stand for one another, one is needed."""
 NEAR = 1000.0
 """Log-likelihood within which a model without a term may catch up when it is fitted further."""
+RUINED = 2.0
+"""Times the cost of the model in hand from which a rival is worse in fact, whatever the term gains: without it a model
+may run away, which costs any amount."""
 CLOSE = 0.05
 """Probability, as a share of the best, from which a rival counts as not told apart."""
 
@@ -137,12 +140,7 @@ def names(
         contest = contest_of(use, contests)
         gain = max(without(hand, place).cost - hand.fitted.cost, 0.0)
         rows = rivals(hand, place, given, contest, shelf_terms, gain, former) if contest is not None else []
-        temper = inflation(hand) + ALIKE * gain
-        odds = [
-            (f.belief - hand.fitted.belief if alike(hand, use, f.model.physics[-1]) else merit / temper)
-            + _prior(f.model.physics[-1], shelf_terms, hand)
-            for merit, f in rows
-        ]
+        odds = [_odds(hand, use, f, merit, gain) + _prior(f.model.physics[-1], shelf_terms, hand) for merit, f in rows]
         own = _prior(use, shelf_terms, hand)
         if odds and max(odds) > own + 0.1 and swaps < 3:
             better = rows[int(np.argmax(odds))][1]
@@ -209,6 +207,15 @@ def is_nothing(name: Name, term: PhysicsTerm) -> bool:
         return False
     low, high = name.ci[size.name]
     return low <= size.neutral <= high
+
+
+def _odds(hand: Round, use: TermUse, rival: Fitted, merit: float, gain: float) -> float:
+    """Logarithm of the odds that the data give a rival of `merit` against a term that gains so much."""
+    if rival.cost > RUINED * hand.fitted.cost:
+        return merit / inflation(hand)
+    if alike(hand, use, rival.model.physics[-1]):
+        return rival.belief - hand.fitted.belief
+    return merit / (inflation(hand) + ALIKE * gain)
 
 
 def _prior(use: TermUse, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) -> float:
