@@ -20,7 +20,7 @@ from gsfdi.reconcile.clean import learn_law
 from gsfdi.reconcile.compete import Contest, opening, to_settle
 from gsfdi.reconcile.dating import middle
 from gsfdi.reconcile.driving import levels
-from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound
+from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound, never_slips
 from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
 from gsfdi.reconcile.judge import Name, Rival, alike, contest_of, is_nothing
 from gsfdi.reconcile.lagging import kinematic_lag
@@ -239,9 +239,21 @@ def test_what_goes_as_far_as_it_may_stands_for_something_else(term: str, name: s
     )
     settled = SimpleNamespace(model=SimpleNamespace(physics=()))
     case = SimpleNamespace(
-        hand=SimpleNamespace(fitted=fitted), settled=settled, terms=shelf("gsfdi.terms", PhysicsTerm)
+        hand=SimpleNamespace(fitted=fitted),
+        settled=settled,
+        terms=shelf("gsfdi.terms", PhysicsTerm),
+        stand=SimpleNamespace(scales=bench([recorded(NOMINAL)], NOMINAL).scales),
     )
     assert is_far(case) is far  # type: ignore[arg-type]
+
+
+def test_a_bristle_that_never_lets_go_is_a_spring() -> None:
+    scales = bench([recorded(NOMINAL)], NOMINAL).scales
+    for reaches, springs in ((0.1, False), (1.9, False), (2.1, True)):
+        torque = 10.0 * scales.reach * reaches
+        use = TermUse("presliding_friction", {"torque_nm": torque, "stiffness_nm_rad": 10.0})
+        assert never_slips(use, scales) is springs
+    assert not never_slips(TermUse("coulomb_friction", {"torque_nm": 1e9}), scales)
 
 
 @pytest.mark.parametrize(("speed", "torque", "pieces"), [(0.068, 3.3, True), (0.072, 3.3, False), (0.068, 0.3, False)])

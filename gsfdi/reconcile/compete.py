@@ -27,6 +27,7 @@ from gsfdi.reconcile.finalists import (
     matters,
     merit,
     needed,
+    never_slips,
     only_turns,
     settled_bar,
     settled_onset,
@@ -326,7 +327,10 @@ def is_another(settled: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
     """Whether the last term of a model is not what its name says, but stands for another or mends one."""
     scales = settled.stand.scales
     at_once = scales.torque / scales.inertia * scales.period
-    return is_at_bound(settled.fitted, shelf_terms) or only_turns(settled.fitted.model, at_once)
+    model = settled.fitted.model
+    return (
+        is_at_bound(settled.fitted, shelf_terms) or only_turns(model, at_once) or never_slips(model.physics[-1], scales)
+    )
 
 
 def is_beyond(best: Round, rival: Round | Turn, hand: Round, floor: Array, part: float = 1.0) -> bool:

@@ -16,6 +16,7 @@ from gsfdi.reconcile.screen import EARLIEST, LEAST, ONSETS, Entry, Screening, on
 from gsfdi.reconcile.ticks import left_by_shift
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
+from gsfdi.scales import Scales
 from gsfdi.types import Array
 
 FINALISTS = 8
@@ -178,6 +179,13 @@ def has_ended(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm], place: int
         knob.place == place and any(knob.is_at(end, value) for end in ends(knob))
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )
+
+
+def never_slips(use: TermUse, scales: Scales) -> bool:
+    """Whether a bristle bends the whole way of the joint without ever letting go, and so is a spring."""
+    if use.term != "presliding_friction":
+        return False
+    return use.values["torque_nm"] > 2.0 * scales.reach * use.values["stiffness_nm_rad"]
 
 
 def only_turns(model: JointModel, at_once: float = 0.0) -> bool:

@@ -9,7 +9,7 @@ from gsfdi.fit import Fitted, Knob
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import Contest
-from gsfdi.reconcile.finalists import KNOB_COST, has_ended, is_at_bound, is_chance
+from gsfdi.reconcile.finalists import KNOB_COST, has_ended, is_at_bound, is_chance, never_slips
 from gsfdi.reconcile.hand import Round, settle, sticks, with_term
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.noise import effort_floor
@@ -93,7 +93,7 @@ def rivals(
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 4)
         if fitted.cost - hand.fitted.cost < hopeless:
             fitted = fit_knobs(hand.misfit, fitted.model, knobs, 8)
-        if not is_at_bound(fitted, shelf_terms):
+        if not (is_at_bound(fitted, shelf_terms) or never_slips(fitted.model.physics[-1], hand.stand.scales)):
             found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
     return found
 

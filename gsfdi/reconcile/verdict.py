@@ -10,7 +10,7 @@ import numpy as np
 from gsfdi.fit import Knob
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.enough import is_blind
-from gsfdi.reconcile.finalists import has_ended
+from gsfdi.reconcile.finalists import has_ended, never_slips
 from gsfdi.reconcile.hand import is_sensor
 from gsfdi.reconcile.judge import torque_left, white_left
 from gsfdi.reconcile.offering import SIMULATED
@@ -104,6 +104,8 @@ def is_far(case: Case) -> bool:
     fitted, given = case.hand.fitted, len(case.settled.model.physics)
     physics = fitted.model.physics
     if any(has_ended(fitted, case.terms, place) for place in range(given, len(physics))):
+        return True
+    if any(never_slips(use, case.stand.scales) for use in physics[given:]):
         return True
 
     def shapes(knob: Knob) -> bool:
