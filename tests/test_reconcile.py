@@ -807,7 +807,7 @@ def test_an_offer_that_lives_in_one_block_has_a_high_bar_of_its_own() -> None:
 def test_an_observer_does_not_work_the_bristles() -> None:
     use = TermUse("presliding_friction", {"torque_nm": 2.0, "stiffness_nm_rad": 1e4})
     found = []
-    for seed in (1, 2, 4, 9):  # each alone is known to 2 to 5 %
+    for seed in (1, 2, 3, 9):  # each alone is known to 2 to 5 %
         (entry,) = told(use, seed=seed).omitted_physics
         assert entry["term"] == "presliding_friction"
         found.append(entry["parameters"]["stiffness_nm_rad"]["value"])
