@@ -85,6 +85,6 @@ def working(command: Callable[..., int]) -> Callable[..., int]:
         return command(crew=Crew(jobs, scheduler), **asked)
 
     return options(
-        jobs_for("At most this many processes, a joint to each."),
+        jobs_for("At most this many processors, a joint to each."),
         click.option("--scheduler", metavar="ADDRESS", help="Hand the joints to this running Dask cluster instead."),
     )(manned)

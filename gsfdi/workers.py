@@ -49,6 +49,10 @@ class Crew:
         """How many processes at most."""
         return self.jobs or available()
 
+    def hands(self, pieces: int) -> int:
+        """How many processors each of so many pieces may use, where they are fewer."""
+        return 1 if self.scheduler else max(self.size // max(pieces, 1), 1)
+
 
 ALONE = Crew(jobs=1)
 """This process and no other."""

@@ -5,6 +5,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -19,6 +20,7 @@ from gsfdi.reconcile import Reconciliation
 from gsfdi.reconcile import reconcile as reconcile_joint
 from gsfdi.reports import reconcile_page
 from gsfdi.reports.to_json import strict
+from gsfdi.simulate import at_once
 from gsfdi.types import JointRecord, Problem
 from gsfdi.workers import ALONE, Crew, Report, each, silent
 
@@ -44,17 +46,20 @@ class Question:
     without: tuple[str, ...] = ()
 
 
-def answer(question: Question) -> Reconciliation | Problem:
+def answer(question: Question, hands: int = 1) -> Reconciliation | Problem:
     """Reconcile one joint, or say why that cannot be done: what fails for one must not cost the answers of the others.
 
     Parameters
     ----------
     question : Question
         Recordings and model.
+    hands : int
+        Threads that replay it.
     """
     subject = f"{question.records[0].source}: joint {question.records[0].joint}"
     try:
-        return reconcile_joint(question.records, question.model, without=question.without)
+        with at_once(hands):
+            return reconcile_joint(question.records, question.model, without=question.without)
     except GsfdiError as error:
         return Problem(subject, f"{error.subject}: {error.what}", error.mend, "left_out")
     except Exception as error:
@@ -133,7 +138,7 @@ def solve(
     progress : callable
         Told how far the work has come.
     """
-    answers = each(answer, questions, crew, progress, "joints")
+    answers = each(partial(answer, hands=crew.hands(len(questions))), questions, crew, progress, "joints")
     problems = [*problems, *(one for one in answers if isinstance(one, Problem))]
     found = [one for one in answers if isinstance(one, Reconciliation)]
     need(found, problems)

@@ -46,6 +46,7 @@ from gsfdi.reconcile.hand import (
     started,
 )
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
+from gsfdi.reconcile.lagging import beside_positions
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
 from gsfdi.reconcile.screen import LEAST, Entry, Screening, refits, screen
@@ -233,7 +234,8 @@ def contend(
     """
     screening = screen(hand, all_offers(hand, shelf_terms, given))
     able = [entry for entry in screening.entries if entry.linear >= promised]
-    ranked = credible(hand, screening, refits(hand, finalists_of(able)))
+    finalists = [*finalists_of(able), *beside_positions(screening.entries, hand.stand)]
+    ranked = credible(hand, screening, refits(hand, finalists))
     trials = len(screening.information)
     ranked = [fairly(hand, e, shelf_terms) if merit(e) > LEAST else e for e in ranked]
     ranked.sort(key=merit, reverse=True)

@@ -108,13 +108,16 @@ def is_far(case: Case) -> bool:
     if any(never_slips(use, case.stand.scales) for use in physics[given:]):
         return True
 
-    def shapes(knob: Knob) -> bool:
+    def goes_on(knob: Knob, value: float) -> bool:
         term = case.terms[physics[knob.place].term]
-        shaping = knob.name != "onset" and term.param(knob.name).kind == "plain"
-        return shaping and term.param(knob.name) is not term.order
+        if knob.name == "onset" or term.param(knob.name).kind != "plain":
+            return False
+        if term.param(knob.name) is term.order:  # a wave that would not be whole is a piece of something else
+            return is_at_end(knob, value)
+        return knob.is_at(knob.high, value)
 
     pairs = zip(fitted.knobs, fitted.values, strict=True)
-    return any(knob.place >= given and knob.is_at(knob.high, value) and shapes(knob) for knob, value in pairs)
+    return any(knob.place >= given and goes_on(knob, value) for knob, value in pairs)
 
 
 def is_in_pieces(case: Case) -> bool:

@@ -8,6 +8,7 @@ The interface others build on::
     trace = replay(model, drive, "predict", gain=K)             # observer; trace.innovation is (n, 2)
     trace = replay(model, drive, "open_loop", restarts=[0, 500, 1000])   # multiple shooting; states= sets its states
     traces = replay_many(models, drive, ...)      # the same for many models in one compiled loop
+    with at_once(4): ...                          # replays of many models by four threads
     record = simulate_record(model, faults=[fault_of("cogging=2@30", "rotary")], seed=1)   # with sensor noise and bus
 
 A state is ``[Ω, Ω̇, ε, ε̇, integral part of the controller]``, a gain ``K`` (4, 2): state against the innovations of
@@ -18,7 +19,7 @@ recording holds is in ``drive.signals``, and ``drive_from(signals, model)`` driv
 from gsfdi.drive import Drive, drive_from, drive_of
 from gsfdi.fault import fault_of
 from gsfdi.simulate.recording import simulate_record
-from gsfdi.simulate.replaying import Mode, Trace, replay, replay_many
+from gsfdi.simulate.replaying import Mode, Trace, at_once, replay, replay_many
 from gsfdi.starting import Signals, Start, initial_state
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "Signals",
     "Start",
     "Trace",
+    "at_once",
     "drive_from",
     "drive_of",
     "fault_of",

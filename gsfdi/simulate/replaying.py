@@ -1,7 +1,10 @@
 """Replays a recording on one model or many, and names what the kernel gives."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -24,6 +27,22 @@ _MODES: dict[str, int] = {
     "predict": layout.PREDICT,
     "predict_controller": layout.PREDICT_CONTROLLER,
 }
+_HANDS = ContextVar("_HANDS", default=1)
+
+
+@contextmanager
+def at_once(models: int) -> Iterator[None]:
+    """Replay so many models at a time, a processor to each: the kernel holds no lock."""
+    before = _HANDS.set(models)
+    try:
+        yield
+    finally:
+        _HANDS.reset(before)
+
+
+@cache
+def _pool(size: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(size, thread_name_prefix="replay")
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,8 +167,17 @@ def run(
     events = clock.events.shape[0]
     state = np.empty((len(models), events, layout.STATE_WIDTH))
     shown = np.empty((len(models), t.size, layout.SHOWN_WIDTH))
-    room = kernel.scratch(max(len(model.physics) for model in models))
-    kernel.run_many(packed, *clock, _MODES[mode], starts[:, None, :], gains, again, state, shown, *room)
+    terms, hands = max(len(model.physics) for model in models), min(_HANDS.get(), len(models))
+
+    def share(b: slice) -> None:
+        room, own = kernel.scratch(terms), (gains[b], again[b], state[b], shown[b])
+        kernel.run_many(packed[b], *clock, _MODES[mode], starts[b, None, :], *own, *room)
+
+    if hands < 2:
+        share(slice(None))
+    else:
+        edges = np.linspace(0, len(models), hands + 1).astype(int)
+        list(_pool(hands).map(share, map(slice, edges, edges[1:])))
     at = slice(None) if events == t.size else clock.events[:, layout.RECORD] >= 0
     return [trace(model, t, state[b][at], shown[b]) for b, model in enumerate(models)]
 
