@@ -23,9 +23,9 @@ from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound, never_slips
 from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
 from gsfdi.reconcile.judge import Name, Rival, alike, contest_of, is_nothing
-from gsfdi.reconcile.lagging import kinematic_lag
+from gsfdi.reconcile.lagging import beside_positions, kinematic_lag
 from gsfdi.reconcile.law import check_law, densest, is_no_plateau, plainest
-from gsfdi.reconcile.offer import SHARE, Offer
+from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
@@ -228,7 +228,9 @@ def test_numbers_that_went_as_far_as_they_are_believed_are_told(values: list[flo
         ("gearbox_hysteresis", "torque_nm", 0.0, False),
         ("stribeck_friction", "velocity_rad_s", 60.0, True),
         ("stribeck_friction", "velocity_rad_s", 0.0, False),
-        ("cogging", "order", 60.0, False),
+        ("cogging", "order", 60.0, True),
+        ("cogging", "order", 59.0, False),
+        ("cogging", "amplitude_nm", 0.0, False),
     ],
 )
 def test_what_goes_as_far_as_it_may_stands_for_something_else(term: str, name: str, value: float, far: bool) -> None:
@@ -615,6 +617,18 @@ def test_way_and_speed_tell_a_lag_whatever_the_speeds_scale(lag: float) -> None:
     shown, spread = kinematic_lag([recorded(replace(QUIET, physics=uses))], QUIET)
     assert shown == pytest.approx(lag, abs=max(4 * spread, 0.04 * lag))
     assert spread < 1e-4
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_a_lag_that_the_positions_show_competes_whatever_regression_promises(lag: float) -> None:
+    record = recorded(replace(QUIET, physics=(TermUse("velocity_lag", {"lag_s": lag}),)))
+    stand = SimpleNamespace(records=[record], model=QUIET)
+    (offer, *_) = offers(shelf("gsfdi.terms", PhysicsTerm)["velocity_lag"], bench([record], QUIET).scales, {})
+    hardly = Entry(offer, None, np.array([0.1]), 1.0)
+    found = beside_positions([replace(hardly, onset=5.0), hardly], stand)  # type: ignore[arg-type]
+    shown = [(entry.onset, entry.offer.mix(entry.coefficients)) for entry in found]
+    assert shown == ([(None, {"lag_s": pytest.approx(lag, rel=0.04)})] if lag else [])
+    assert beside_positions([], stand) == []  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("factor", [0.103, 0.12, 8.0])  # at a tenth the loop rings for ever

@@ -13,7 +13,7 @@ import gsfdi
 from gsfdi.model import Controller, JointModel, Plant, TermUse
 from gsfdi.modelfile import load_models
 from gsfdi.replay import compiling, kernel
-from gsfdi.simulate import Drive, Signals, Start, drive_from, replay, replay_many
+from gsfdi.simulate import Drive, Signals, Start, at_once, drive_from, replay, replay_many
 from gsfdi.training import training
 from gsfdi.types import Array
 
@@ -411,8 +411,12 @@ def test_a_batch_is_its_members() -> None:
     t, r = wave(100.0, 4.0)
     drive = commanded(t, r, ERA)
     models = [with_terms(MOTOR), ERA, with_terms(TermUse("backlash", {"half_width_rad": 1e-3}), OUTPUT, STRIBECK)]
-    for together, alone in zip(replay_many(models, drive), [replay(m, drive) for m in models], strict=True):
-        np.testing.assert_array_equal(together.effort, alone.effort)
+    singly = [replay(m, drive) for m in models]
+    for hands in (1, 2, 5):
+        with at_once(hands):
+            batch = replay_many(models, drive)
+        for together, alone in zip(batch, singly, strict=True):
+            np.testing.assert_array_equal(together.effort, alone.effort)
 
 
 @pytest.mark.parametrize("mode", ["predict", "predict_controller"])

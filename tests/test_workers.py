@@ -42,6 +42,12 @@ def test_as_many_as_there_are_processors() -> None:
     assert Crew(jobs=3).size == 3
 
 
+@pytest.mark.parametrize(("jobs", "pieces", "hands"), [(1, 1, 1), (4, 1, 4), (4, 2, 2), (4, 3, 1), (2, 7, 1)])
+def test_processors_to_spare_work_on_the_same_piece(jobs: int, pieces: int, hands: int) -> None:
+    assert Crew(jobs=jobs).hands(pieces) == hands
+    assert Crew(jobs=jobs, scheduler="tcp://elsewhere").hands(pieces) == 1
+
+
 def test_no_scheduler_there_is_said_in_a_line() -> None:
     code = (
         "import sys; sys.modules['distributed'] = None\n"

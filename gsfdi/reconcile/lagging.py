@@ -66,8 +66,7 @@ def beside_positions(entries: Sequence[Entry], stand: Bench) -> list[Entry]:
     shown, spread = kinematic_lag(stand.records, stand.model)
     if not shown > SURE * spread:
         return []
-    tried = lags[0].offer.columns[0]["lag_s"]
-    return [replace(lags[0], coefficients=np.array([shown / tried]))]
+    return [replace(lags[0], offer=replace(lags[0].offer, mix=lambda _: {"lag_s": shown}))]
 
 
 def kinematic_lag(records: Sequence[JointRecord], model: JointModel) -> tuple[float, float]:
