@@ -22,7 +22,7 @@ from numba.extending import register_jitable
 from gsfdi.errors import UnusableInputError, nearest
 from gsfdi.model import JointModel, Plant, TermUse
 from gsfdi.modelfile import terms
-from gsfdi.motion import QUANTITIES, STATES, TIME, Law, PhysicsTerm
+from gsfdi.motion import DIRECTION, QUANTITIES, SPEED, STATES, TIME, Law, PhysicsTerm
 from gsfdi.replay import layout
 from gsfdi.sliding import SMOOTH, sliding
 from gsfdi.types import Array
@@ -32,6 +32,7 @@ LAW_PHASE = 0.25  # the same where laws act: a harmonic oscillator made of laws 
 WAVE_PHASE = 0.125  # the same where one is a wave, whose torque changes many times as fast as the joint moves
 SPRING_PHASE = 0.16  # the same where laws replace the spring itself; a play has a flow of its own
 TURNING = 4.0  # speed below which a smooth friction turns round, over the one that it turns by
+AT_REST = 0.01  # speed that is as good as none, over the one that a friction turns by
 LAW_DECAY = 0.5  # largest decay of a law's damping per substep
 
 register_jitable(sliding)  # here, so that who only lists terms need not load numba
@@ -148,6 +149,20 @@ def longest_step(model: JointModel, row: Sequence[float]) -> float:
     return min(linear, phase / max(math.sqrt(square), 1e-6), LAW_DECAY / max(decay, 1e-6))
 
 
+def turn_rate(model: JointModel, eras: Sequence[Sequence[float]]) -> float:
+    """Fastest decay of speed by friction that turns round smoothly, at rest [1/s]: a step must be short beside it."""
+    rates = {"motor": 0.0, "output": 0.0}
+    m = np.zeros(QUANTITIES)
+    m[DIRECTION] = 1.0
+    for use in model.physics:
+        term = term_of(use)
+        if term.place == "dry" and use.values.get(SMOOTH.name, 0.0) > 0.0:
+            m[SPEED] = AT_REST * use.values[SMOOTH.name]
+            slope = term.law(m, values_of(use), np.zeros(STATES)) / m[SPEED]
+            rates[side_of(use, model.structure)] += max(slope, 0.0)
+    return max(max(rates["motor"] / motor, rates["output"] / output) for motor, output, *_ in eras)
+
+
 def pack(model: JointModel, finer: int = 1) -> Array:
     """Pack `model` into one array for the kernel (laid out by `gsfdi.replay.layout`); `finer` divides every substep."""
     chosen = [(slot, use) for use in model.physics if (slot := slot_of(use, model.structure)) >= 0]
@@ -174,7 +189,8 @@ def pack(model: JointModel, finer: int = 1) -> Array:
     rigid = model.structure == "rigid"
     slow = TURNING * max((use.values.get(SMOOTH.name, 0.0) for use in model.physics), default=0.0)
     play = any(is_play(term_of(use)) for _, use in chosen)
-    head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, slow, play, len(eras)]
+    turn = turn_rate(model, eras) * finer
+    head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, slow, turn, play, len(eras)]
     first = [bisect_left(slots, slot) for slot in range(layout.SLOTS + 1)]
     return np.concatenate([head, first, np.ravel(eras), rows.ravel()], dtype=np.float64)
 

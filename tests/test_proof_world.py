@@ -74,6 +74,18 @@ def test_the_step_is_short_enough(motion: Motion) -> None:
     assert np.abs(coarse - fine)[:, 2].max() < 0.02 * joint.effort_noise
 
 
+def test_the_step_is_short_enough_for_a_friction_that_turns_smoothly() -> None:
+    """A stiff rigid joint, of which a speed of 5e-4 rad/s decays within a millisecond."""
+    motion = draw_motion(np.random.default_rng(3), 40.0, 125.0, 0.8, 0.7)
+    joint = Joint(
+        "rigid", "rotary", 0.0, 1.0, 3.0, damping=0.0, torque_constant=1.0, proportional=3000.0, integral=900.0,
+        derivative=240.0, sample_rate=125.0, effort="drive_torque", effort_noise=0.05,
+    )  # fmt: skip
+    world = World(joint, (Effect("coulomb_friction", {"torque_nm": 3.0}),), smooth=True)
+    coarse, fine = (run(world, motion, 0, noisy=False, limit_step=step)[:, 2] for step in (5e-4, 2e-5))
+    assert np.sqrt(np.mean((coarse - fine) ** 2)) < 0.05 * joint.effort_noise
+
+
 def test_friction_holds_a_joint_still() -> None:
     """Dry friction above the drive's torque sticks exactly; below it, the joint moves."""
     n = 1000

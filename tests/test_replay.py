@@ -6,6 +6,7 @@ import control
 import numpy as np
 import pytest
 from oracle import Oracle, closed_loop
+from rigid import JOINT as RIGID
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
@@ -214,6 +215,26 @@ def test_friction_that_turns_round_smoothly_matches_integration() -> None:
     trace = replay(smooth, commanded(t, r, ERA), x0=np.zeros(5))
     for got, true in ((trace.effort, efforts), (trace.position, states[:, 0] + states[:, 2])):
         np.testing.assert_allclose(got, true, rtol=0.0, atol=5e-5 * np.max(np.abs(true)))
+
+
+def test_a_rigid_joint_turns_round_as_smoothly_as_integration_says() -> None:
+    """Its speed decays three thousand times a second where it turns, and the controller acts a hundred times."""
+    t, r = wave(100.0, 5.0)
+    law, friction = RIGID.controller, TermUse("coulomb_friction", {"torque_nm": 3.0, "smooth_rad_s": 5e-4})
+    assert law is not None
+
+    def rate(_t: float, x: Array, drive: float) -> tuple[float, float]:
+        return x[1], (drive - 3.0 * math.tanh(x[1] / 5e-4)) / RIGID.plant.output_inertia
+
+    x, integral, before, efforts = np.zeros(2), 0.0, None, np.empty(t.size)
+    for k, (goal, speed) in enumerate(zip(r, np.gradient(r, t), strict=True)):
+        error = goal - x[0]
+        integral += 0.0 if before is None else law.integral * 0.005 * (error + before)
+        before = error
+        efforts[k] = law.proportional * error + integral + law.derivative * (speed - x[1])
+        x = solve_ivp(rate, (0.0, 0.01), x, "Radau", rtol=1e-8, atol=1e-12, args=(efforts[k],)).y[:, -1]
+    got = replay(with_terms(friction, model=RIGID), commanded(t, r, RIGID), x0=np.zeros(5)).effort
+    np.testing.assert_allclose(got, efforts, rtol=0.0, atol=5e-3 * np.max(np.abs(efforts)))
 
 
 def test_smooth_laws_converge_with_second_order() -> None:

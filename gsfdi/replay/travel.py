@@ -18,7 +18,14 @@ from gsfdi.replay.laws import any_in, mapped, product, see, total
 PHASE_STEP = 0.7  # [rad] of a term's wave per substep; the laws give its mean over the step
 MOST_SUBSTEPS = 400
 PARTS = 4
-"""Parts into which a substep is cut in which a flexible joint's friction turns or its play is entered or left."""
+"""Parts at least into which a substep is cut in which friction turns round or a play is entered or left."""
+MOST_PARTS = 64
+TURN_DECAY = 0.5
+"""Decay of speed in each part by a friction that turns round smoothly.
+
+In four parts of 2 ms a rigid joint of 3 kg m² with 3 N m that turn round by 5e-4 rad/s, a decay of 4, had efforts that
+were wrong by twice their noise.
+"""
 LOOSE = 4
 """How much further the flows stand of a gearbox within its play."""
 
@@ -62,10 +69,16 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
             done += 1
             if turned and turns and parts == 1:
                 undo(v, states)
-                parts, done = PARTS, 0
+                parts, done = parts_of(model, h), 0
                 if v[at.FITTED, 3] == 0.0:
-                    spread(model, era, powers, 0.5 * h / PARTS, flow, 2)
+                    spread(model, era, powers, 0.5 * h / parts, flow, 2)
                     v[at.FITTED, 3] = 1.0
+
+
+@inlined
+def parts_of(model, h):  # type: ignore[no-untyped-def]
+    """Parts into which a substep of `h` is cut."""
+    return min(max(PARTS, math.ceil(h * model[at.TURN_RATE] / TURN_DECAY)), MOST_PARTS)
 
 
 @compiled
