@@ -13,6 +13,7 @@ from gsfdi.fit import Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
+from gsfdi.reconcile.dating import moments_of
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import (
     CHANCE,
@@ -88,6 +89,8 @@ MAIN = 3
 """Terms that must account for most of what is missing before a further one may join."""
 DETAIL = 0.2
 """Share of the missing torque up to which what is left is a detail that one may refine."""
+PIECES = 3
+"""Moments at which terms set in that are pieces of something that goes on: no further one is looked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +203,8 @@ def _rounds(
             hand = relawed(hand, place, shelf_terms[use.term], floor)
             hand = retuned(hand, place, shelf_terms[use.term], floor)
         left = missing(hand, floor) / max(missing(first, floor), 1e-300)
-        if len(contests) >= most or (len(contests) >= MAIN and left > DETAIL):
+        pieces = moments_of(hand.fitted.model.physics[given:], hand.stand.scales.seconds)
+        if len(contests) >= most or pieces >= PIECES or (len(contests) >= MAIN and left > DETAIL):
             return first, hand, contests
 
 

@@ -138,7 +138,10 @@ def names(
     while place < len(hand.fitted.model.physics):
         use = hand.fitted.model.physics[place]
         contest = contest_of(use, contests)
-        gain = max(without(hand, place).cost - hand.fitted.cost, 0.0)
+        bare = without(hand, place)
+        gain = max(bare.cost - hand.fitted.cost, 0.0)
+        if swaps and gain < WITHIN:  # it mended what was wrong with the one that has lost its place
+            return names(around(hand, bare), given, contests, shelf_terms, faulty)
         rows = rivals(hand, place, given, contest, shelf_terms, gain, former) if contest is not None else []
         odds = [_odds(hand, use, f, merit, gain) + _prior(f.model.physics[-1], shelf_terms, hand) for merit, f in rows]
         own = _prior(use, shelf_terms, hand)

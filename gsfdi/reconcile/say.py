@@ -27,6 +27,9 @@ CONFUSED: Mapping[frozenset[str], str] = {
     frozenset(
         {"gravity_unbalance", "cable_harness"}
     ): "move over a wider range: a weight's torque turns over, a cable's does not",
+    frozenset(
+        {"gravity_unbalance", "constant_load"}
+    ): "move over a wider range: a weight's torque turns over, a constant one stays",
     frozenset({"position_gain", "velocity_gain"}): "turn the joint between two stops of known distance",
     frozenset(
         {"actuation_delay", "timestamp_latency"}

@@ -9,6 +9,7 @@ import numpy as np
 
 from gsfdi.fit import Knob
 from gsfdi.reconcile.case import Case
+from gsfdi.reconcile.dating import moments_of
 from gsfdi.reconcile.enough import is_blind
 from gsfdi.reconcile.finalists import has_ended, never_slips
 from gsfdi.reconcile.hand import is_sensor
@@ -32,8 +33,6 @@ AS_MUCH = 2.0
 """What may remain, over what a simulated twin leaves, before a mismatch is seen in it."""
 AS_GOOD = 1.3
 """The same before a model with what was found in it is taken to lack more."""
-APART = 0.03
-"""Share of the time by which two things set in apart from each other."""
 SAME = 0.02
 """Share by which the numbers of two laws may differ that are pieces of one."""
 SERIES = 3
@@ -69,8 +68,7 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     if strays(case.logged, case.refitted, case.updated, held_out=True):
         return "unexplained"
     piled = [name.use.term for name in case.found if name.use.term in PLANT]
-    onsets = [name.use.onset for name in case.found if name.use.onset is not None]
-    scattered = len(onsets) > 1 and max(onsets) - min(onsets) > APART * case.stand.scales.seconds
+    scattered = moments_of((name.use for name in case.found), case.stand.scales.seconds) > 1
     if len(piled) > 1 or scattered or is_series(case) or strained(case) or is_far(case) or is_in_pieces(case):
         # a joint of which two numbers are far off at once has another law than any of these, and so has one in which
         # one thing after another sets in within one recording
