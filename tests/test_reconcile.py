@@ -18,13 +18,16 @@ from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.clean import learn_law
 from gsfdi.reconcile.compete import Contest, opening, to_settle
-from gsfdi.reconcile.dating import middle
+from gsfdi.reconcile.dating import dated, middle, moments_of
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound, never_slips
 from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
+from gsfdi.reconcile.hand import settle, with_term
 from gsfdi.reconcile.judge import Name, Rival, alike, contest_of, is_nothing
+from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.lagging import beside_positions, kinematic_lag
 from gsfdi.reconcile.law import check_law, densest, is_no_plateau, plainest
+from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
@@ -327,6 +330,23 @@ COGGING = {"amplitude_nm": 0.2, "order": 40.0, "phase_rad": 0.3}
 def test_what_sets_in_is_dated() -> None:
     answer = told(TermUse("constant_load", {"torque_nm": 0.1}, None, 14.0))
     assert answer.location["when"][0]["from_s"] == pytest.approx(14.0, abs=0.2)
+
+
+def test_an_onset_that_was_only_fitted_beside_a_rival_is_moved_to_its_sample() -> None:
+    load = TermUse("constant_load", {"torque_nm": 2.0}, onset=52.347)
+    stand = bench([simulate_record(replace(NOMINAL, physics=(load,)), seed=1, duration=120.0)], NOMINAL)
+    first = opening(stand, NOMINAL, 0.0)
+    model = with_term(first.fitted.model, replace(load, onset=52.38))
+    knobs = [*first.fitted.knobs, *term_knobs(stand, model, 0)]
+    onset = dated(settle(stand, model, knobs, effort_floor(stand)), 0).fitted.model.physics[0].onset
+    assert onset == pytest.approx(52.347, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("onsets", "moments"), [([], 0), ([None, 3.0], 1), ([3.0, 5.9], 1), ([3.0, 5.0, 7.0], 2), ([90.0, 30.0, 60.0], 3)]
+)
+def test_moments_count_where_they_are_apart(onsets: list[float | None], moments: int) -> None:
+    assert moments_of([TermUse("constant_load", onset=onset) for onset in onsets], 100.0) == moments
 
 
 def test_a_step_of_the_position_sensor_is_found_where_it_is() -> None:
