@@ -36,8 +36,34 @@ def test_a_slower_recording_has_ticks_between_its_samples() -> None:
     assert e[:, layout.TICK].all()
     np.testing.assert_allclose(np.diff(e[:, layout.TIME]), 0.01)
     np.testing.assert_allclose(e[:, layout.SETPOINT], 0.1 * e[:, layout.TIME])
-    assert (e[1:5, layout.EFFORT] == 0).all()
-    assert e[5, layout.EFFORT] == 1
+    np.testing.assert_allclose(e[:, layout.EFFORT], 20 * e[:, layout.TIME], atol=1e-12)
+
+
+def test_a_slower_recording_drives_by_the_mean_effort_from_sample_to_sample() -> None:
+    model = JointModel("j", "flexible", ERA.plant, controller=Controller(1, 0, 1, 1000.0))
+    t = np.arange(200) / 100
+    seen = signals(t)._replace(effort=np.sin(6 * t))
+    drive = drive_from(seen, model, Start(0, 0, 0, 0, 0))
+    ticks = drive.clock.events
+    every_tick = np.sin(6 * ticks[:, layout.TIME])
+    mean = np.array([every_tick[10 * k : 10 * k + 10].mean() for k in range(199)])
+    np.testing.assert_allclose(ticks[:, layout.EFFORT], every_tick, atol=2e-6)
+    np.testing.assert_array_equal(drive.logged.events[:, layout.RECORD], np.arange(200))
+    np.testing.assert_allclose(drive.logged.events[:-1, layout.EFFORT], mean, atol=2e-6)
+
+
+def test_a_lost_effort_of_a_slower_recording_is_bridged() -> None:
+    model = JointModel("j", "flexible", ERA.plant, controller=Controller(1, 0, 1, 1000.0))
+    t = np.arange(200) / 100
+    effort = np.sin(6 * t)
+    effort[50] = np.nan
+    drive = drive_from(signals(t)._replace(effort=effort), model, Start(0, 0, 0, 0, 0))
+    np.testing.assert_allclose(drive.clock.events[:, layout.EFFORT], np.sin(6 * drive.clock.events[:, 0]), atol=2e-5)
+
+
+def test_a_recording_at_the_controllers_rate_drives_by_what_it_holds() -> None:
+    drive = drive_from(signals(np.arange(50) / 100), ERA, Start(0, 0, 0, 0, 0))
+    assert drive.logged is drive.clock
 
 
 def test_a_faster_recording_has_samples_between_the_ticks() -> None:

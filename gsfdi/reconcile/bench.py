@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from gsfdi.drive import Drive, drive_of, measured_velocity
+from gsfdi.drive import Drive, drive_of, is_thinned, measured_velocity
 from gsfdi.errors import UnusableInputError
 from gsfdi.fit import Started
 from gsfdi.model import JointModel
 from gsfdi.reconcile.gaps import beside_lost, stretches
 from gsfdi.reconcile.scales import scales_of
 from gsfdi.reconcile.sensing import effort_noise, grain_of, sensor_variances
+from gsfdi.reconcile.thinned import calmed, unseen_jumps
 from gsfdi.scales import Scales
 from gsfdi.simulate import Trace, initial_state, replay_many
 from gsfdi.types import Array, JointRecord, Mask
@@ -228,6 +229,7 @@ def bench(records: Sequence[JointRecord], model: JointModel, lever: float = 0.0)
     spread = np.full(system.Bt.shape[1], 0.2 * scales.torque)
     gain = steady_gain(system, spread)
     whole = tuple(stretch for r in usable for stretch in stretches(r, period, 2 * WARM_UP))
+    whole = tuple(calmed(r) if is_thinned(r.t, model.controller) else r for r in whole)
     drives = tuple(drive_of(r, model) for r in whole)
     if lever > 0:
         drives = tuple(d.told(lever) for d in drives)
@@ -245,7 +247,7 @@ def bench(records: Sequence[JointRecord], model: JointModel, lever: float = 0.0)
         doubt=start_doubt(system, scales),
         steps=steps,
         present=present,
-        shaken=tuple(shaken_of(r, scales) for r in whole),
+        shaken=tuple(shaken_of(r, scales, model) for r in whole),
         scales=scales,
         lever=lever,
     )
@@ -310,11 +312,13 @@ def start_doubt(system: Observed, scales: Scales) -> Array:
     return doubt
 
 
-def shaken_of(record: JointRecord, scales: Scales) -> Array:
+def shaken_of(record: JointRecord, scales: Scales, model: JointModel) -> Array:
     """Torque by which the drive may have moved unseen over the step before each sample: its jump beside lost ones.
 
-    An effort acts until the next sample, so that the last that is in doubt acts over a step that follows both.
+    An effort acts until the next sample, so that the last that is in doubt acts over a step that follows both. Where a
+    log holds but some of a controller's efforts, any jump is in doubt.
     """
     effort = record[record.effort] * scales.torque / scales.effort
     jump = np.maximum(np.abs(np.diff(effort, prepend=effort[0])), np.abs(np.diff(effort, append=effort[-1])))
-    return np.concatenate([[0.0], np.where(beside_lost(record), jump, 0.0)[:-1]])
+    shaken = np.concatenate([[0.0], np.where(beside_lost(record), jump, 0.0)[:-1]])
+    return np.maximum(shaken, unseen_jumps(effort)) if is_thinned(record.t, model.controller) else shaken

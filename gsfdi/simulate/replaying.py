@@ -126,7 +126,8 @@ def replay_many(
     require(models, drive, mode)
     packed = stack([pack(model, finer) for model in models])
     starts = np.array([initial_state(model, drive.start) for model in models]) if x0 is None else x0
-    clock, again = drive.clock, np.zeros((len(models), 0, 5))
+    clock = drive.logged if mode in ("open_loop", "predict") else drive.clock
+    again = np.zeros((len(models), 0, 5))
     if len(restarts):
         if states is None:
             states = np.array([recorded_states(model, drive.signals, restarts) for model in models])

@@ -1,0 +1,58 @@
+"""Logs slower than their controller: names stay right, and nothing is named where nothing is wrong."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsfdi.model import JointModel, TermUse
+from gsfdi.modelfile import load_models
+from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.thinned import calmed, unseen_jumps
+from gsfdi.simulate import simulate_record
+from gsfdi.types import JointRecord
+
+
+def looped() -> JointModel:
+    """Give the joint of the paper in a loop of 500 Hz."""
+    model = load_models(Path(__file__).parents[1] / "configs" / "era_joint.toml").for_joint("era-joint")
+    assert model.controller is not None
+    return replace(model, controller=replace(model.controller, sample_rate=500.0))
+
+
+def thinned(record: JointRecord, stride: int) -> JointRecord:
+    channels = {name: record[name][::stride] for name in record.channels}
+    return replace(record, t=record.t[::stride], channels=channels, valid={})
+
+
+@pytest.mark.parametrize("fault", [None, TermUse("coulomb_friction", {"torque_nm": 6.0}, side="motor")])
+def test_a_log_of_every_fifth_effort_tells_what_is_missing_and_no_more(fault: TermUse | None) -> None:
+    model = looped()
+    record = thinned(simulate_record(model, duration=40.0, faults=[fault] if fault else [], seed=9), 5)
+    found = reconcile([record], model)
+    assert [entry["term"] for entry in found.omitted_physics] == ([fault.term] if fault else [])
+    if fault:
+        assert found.omitted_physics[0]["parameters"]["torque_nm"]["value"] == pytest.approx(6.0, rel=0.05)
+
+
+def wavy(noise: float) -> tuple[np.ndarray, JointRecord]:
+    t = np.arange(600) / 100
+    effort = 0.1 * np.sin(2 * t) + np.where(t > 3.0, 0.5, 0.0)
+    seen = effort + noise * np.random.default_rng(2).standard_normal(t.size)
+    return effort, JointRecord("r", "j", 0, t, {"position": t, "motor_current": seen})
+
+
+def test_a_smooth_effort_loses_its_noise_and_a_jump_stays() -> None:
+    effort, record = wavy(noise=1e-3)
+    calm = calmed(record)["motor_current"]
+    left = np.abs(calm - effort)
+    assert np.std(left[20:280]) < 0.5e-3
+    assert calm[300] - calm[299] == pytest.approx(record["motor_current"][300] - record["motor_current"][299], abs=4e-3)
+    assert left.max() < 5e-3
+
+
+def test_only_beside_a_jump_is_the_mean_effort_in_doubt() -> None:
+    doubt = unseen_jumps(wavy(noise=1e-3)[1]["motor_current"])
+    np.testing.assert_array_equal(np.abs(np.flatnonzero(doubt) - 300) < 8, True)
+    assert doubt.max() == pytest.approx(0.5 / 12**0.5, rel=0.05)
