@@ -9,16 +9,18 @@ import pytest
 from gsfdi.model import JointModel, TermUse
 from gsfdi.modelfile import load_models
 from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.bench import bench
 from gsfdi.reconcile.thinned import calmed, unseen_jumps
+from gsfdi.reconcile.unheld import unheld
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
 
 
-def looped() -> JointModel:
-    """Give the joint of the paper in a loop of 500 Hz."""
+def looped(rate: float = 500.0) -> JointModel:
+    """Give the joint of the paper in a loop of so many ticks a second."""
     model = load_models(Path(__file__).parents[1] / "configs" / "era_joint.toml").for_joint("era-joint")
     assert model.controller is not None
-    return replace(model, controller=replace(model.controller, sample_rate=500.0))
+    return replace(model, controller=replace(model.controller, sample_rate=rate))
 
 
 def thinned(record: JointRecord, stride: int) -> JointRecord:
@@ -56,3 +58,29 @@ def test_only_beside_a_jump_is_the_mean_effort_in_doubt() -> None:
     doubt = unseen_jumps(wavy(noise=1e-3)[1]["motor_current"])
     np.testing.assert_array_equal(np.abs(np.flatnonzero(doubt) - 300) < 8, True)
     assert doubt.max() == pytest.approx(0.5 / 12**0.5, rel=0.05)
+
+
+@pytest.mark.parametrize(("rate", "ticks"), [(100.0, 1), (200.0, 2), (1000.0, 10)])
+def test_how_many_efforts_a_log_lacks_is_told_without_the_law(rate: float, ticks: int) -> None:
+    model = looped(rate)
+    rubbing = TermUse("coulomb_friction", {"torque_nm": 10.0}, side="motor")
+    record = thinned(simulate_record(model, duration=40.0, faults=[rubbing], seed=3), ticks)
+    nobody = replace(model, controller=None)
+    running = unheld(bench([record], nobody), nobody)
+    if ticks == 1:
+        assert running is None
+    else:
+        assert running is not None
+        t, share = record.t, (ticks - 1) / (2 * ticks)
+        sooner = np.interp(t + share / 100, t, calmed(record)["motor_current"])
+        later = np.interp(t, t, record["motor_current"])
+        left = [float(np.std(running[0]["motor_current"] - effort)) for effort in (sooner, later)]
+        assert left[0] < 0.3 * left[1]
+
+
+def test_without_a_law_a_sound_joint_of_a_faster_loop_lacks_nothing() -> None:
+    model = looped()
+    record = thinned(simulate_record(model, duration=40.0, seed=9), 5)
+    channels = {name: record[name] for name in record.channels if not name.startswith("setpoint")}
+    found = reconcile([replace(record, channels=channels)], replace(model, controller=None))
+    assert found.verdict == "no_mismatch"

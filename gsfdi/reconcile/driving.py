@@ -14,6 +14,7 @@ from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.sensing import FAR, effort_noise, seen_noise
 from gsfdi.reconcile.told import Told, told
+from gsfdi.reconcile.unheld import unheld
 from gsfdi.reconcile.waiting import between_stays
 from gsfdi.types import JointRecord
 
@@ -37,6 +38,8 @@ class Driving(NamedTuple):
 def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bool) -> Driving:
     """Tell the effort by the law where it is exact, else what the effort tells: a speed, or its own noise.
 
+    Where nobody says by which law it is made, it may also run on between its samples.
+
     Parameters
     ----------
     stand : Bench
@@ -47,6 +50,10 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
     telling : bool
         Whether the law tells a speed that nobody logged.
     """
+    if law is None and model.controller is None:
+        noisy = with_effort_noise(model, None, stand)
+        if (running := unheld(stand, noisy)) is not None:
+            return Driving(running, noisy)
     exact = cleaned(stand.records, model, law)
     if exact is not None:
         silent = replace(model.sensors, effort_noise=0.0, effort_resolution=0.0)
