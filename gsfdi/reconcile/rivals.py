@@ -18,7 +18,7 @@ from gsfdi.reconcile.screen import ONSETS, Entry, allowed, refined_onset
 from gsfdi.reconcile.ticks import moot_by_shift
 from gsfdi.reconcile.turning import fit_knobs, nearing
 from gsfdi.sliding import SMOOTH
-from gsfdi.types import Array
+from gsfdi.types import Array, JointRecord
 
 DRY = {"coulomb_friction", "presliding_friction"}
 """A bristle that slides is a dry friction."""
@@ -74,8 +74,9 @@ def rivals(
         use = former.get((entry.offer.term, entry.offer.side), use)
         if use is None:
             continue
-        use = turning_like(own, use)
-        if own.onset is not None and (use.onset is not None or entry.fitted is None):
+        use, confused = turning_like(own, use, hand.stand.records), frozenset({own.term, use.term}) in CONFUSED
+        once = use.onset is not None or entry.fitted is None
+        if own.onset is not None and (once or (confused and shelf_terms[use.term].sets_in != "never")):
             use = replace(use, onset=own.onset)  # what happened then is the question, not when
         model = with_term(replace(hand.fitted.model, physics=others), use)
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
@@ -86,7 +87,7 @@ def rivals(
             if own.onset is None:
                 fitted = elsewhere(hand, fitted, known)
             fitted = refined_onset(hand, fitted, len(model.physics) - 1, hand.stand.scales.seconds / ONSETS, known)
-        alike = ended or frozenset({own.term, use.term}) in CONFUSED
+        alike = ended or confused
         if fitted.cost - hand.fitted.cost > hopeless and alike and not beyond and may_stick(model, own, shelf_terms):
             # under the noise of a model that lacks nothing, a joint that sticks keeps a fit from going far
             fitted = settle(hand.stand, model, knobs, effort_floor(hand.stand)).fitted
@@ -122,11 +123,15 @@ def may_stick(model: JointModel, own: TermUse, shelf_terms: Mapping[str, Physics
     return sticks(model) or not all(waves)
 
 
-def turning_like(own: TermUse, other: TermUse) -> TermUse:
+def turning_like(own: TermUse, other: TermUse, records: Sequence[JointRecord]) -> TermUse:
     """Give a dry friction that stands for another the torque of that; for drag, it turns round over the same speeds.
 
-    On a real arm a Coulomb friction that began with a fifth more than the bristle it stood for got stuck there.
+    On a real arm a Coulomb friction that began with a fifth more than the bristle it stood for got stuck there. So did
+    a constant load that began a fifth below the mean of the weight it stood for.
     """
+    if (own.term, other.term) == ("gravity_unbalance", "constant_load"):
+        angles = np.concatenate([record["position"] for record in records]) - own.values["angle_rad"]
+        return replace(other, values={"torque_nm": own.values["torque_nm"] * float(np.nanmean(np.sin(angles)))})
     if {own.term, other.term} == DRY:
         return replace(other, values={**other.values, "torque_nm": own.values["torque_nm"]})
     if (own.term, other.term) != ("shear_thinning_friction", "coulomb_friction"):
