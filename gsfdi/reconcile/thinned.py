@@ -6,8 +6,9 @@ Held from sample to sample, an effort logged at 100 Hz of a loop at 1 kHz acts h
 
 A controller answers the noise of its sensors for one tick, and the log makes that the effort around its sample. Where
 nothing moves fast, a delay or a damping then gains by smoothing that noise: 57 and 230 on a joint without a fault, its
-noise told to the whitener or not; nothing once the effort is smoothed there first. And a jump between two samples may
-have come at any tick.
+noise told to the whitener or not; nothing once the effort is smoothed there first. What moves, however little, must not
+be smoothed with it: let through up to 0.9 of the noise of it, a joint excited up to 9 Hz lacked a mode of that frequency.
+And a jump between two samples may have come at any tick.
 """
 
 from dataclasses import replace
@@ -21,8 +22,10 @@ from gsfdi.types import Array, JointRecord
 
 WIDTHS = (5, 9, 17)
 """Samples over which an effort is smoothed, the most over which cubics leave nothing but noise."""
-MEAN, MOST = 1.2, 4.0
-"""Times the noise that they may leave over as many samples, at the root mean square and at most."""
+LONG = 6
+"""Widths over which what they leave is averaged: the least motion that is smoothed away with the noise is a mode."""
+MEAN, MOST = 1.25, 4.0
+"""Times what is left of noise that they may leave, in the mean square over so long, and times the noise at most."""
 JUMPS = 5.0
 """Times its usual bend from sample to sample by which an effort jumps."""
 
@@ -35,9 +38,9 @@ def calmed(record: JointRecord) -> JointRecord:
     noise, calm = noise_of(record.t, effort), effort
     for width in WIDTHS:
         smooth = savgol_filter(effort, width, 3)
-        left = effort - smooth
-        mean, most = np.sqrt(uniform_filter1d(left**2, width)), maximum_filter1d(np.abs(left), width)
-        calm = np.where((mean < MEAN * noise) & (most < MOST * noise), smooth, calm)
+        left, free = effort - smooth, 1 - 4 / width  # a cubic takes four of the samples' freedoms
+        mean, most = uniform_filter1d(left**2, LONG * width), maximum_filter1d(np.abs(left), width)
+        calm = np.where((mean < MEAN * free * noise**2) & (most < MOST * noise), smooth, calm)
     return replace(record, channels={**record.channels, record.effort: calm})
 
 

@@ -54,8 +54,9 @@ def running_on(record: JointRecord, ticks: int) -> JointRecord:
     if ticks == 1:
         return record
     t, effort = record.t, record[record.effort]
-    ahead = course(t, effort, t + (ticks - 1) / (2 * ticks) * np.diff(t, append=t[-1]))
-    channels = {**record.channels, record.effort: np.where(np.isfinite(ahead), ahead, effort)}
+    step = np.diff(t, append=t[-1])
+    mean = np.mean([course(t, effort, t + tick / ticks * step) for tick in range(ticks)], axis=0)
+    channels = {**record.channels, record.effort: np.where(np.isfinite(mean), mean, effort)}
     return replace(record, channels=channels)
 
 
