@@ -7,8 +7,8 @@ Held from sample to sample, an effort logged at 100 Hz of a loop at 1 kHz acts h
 A controller answers the noise of its sensors for one tick, and the log makes that the effort around its sample. Where
 nothing moves fast, a delay or a damping then gains by smoothing that noise: 57 and 230 on a joint without a fault, its
 noise told to the whitener or not; nothing once the effort is smoothed there first. What moves, however little, must not
-be smoothed with it: allowed to leave nine tenths of the noise, joints excited up to 9 Hz lacked a mode of that frequency.
-And a jump between two samples may have come at any tick.
+be smoothed with it: joints excited up to 9 Hz lacked a mode of that frequency when smoothing might take nine tenths of
+the noise of it. And a jump between two samples may have come at any tick.
 """
 
 from dataclasses import replace
