@@ -6,7 +6,8 @@ frictions are fitted beside the numbers of the plant: of sixteen joints in loops
 friction, cogging or stiffness, the ticks from sample to sample came out as 1, 2, 4 or 5, and 8 or 10, by 0.13 to 1.4 a
 sample. Beside a play, which the observer does not know, they do not, and efforts are held. So they are where little is
 gained: of 38 joints of the proof whose efforts are held, two were likelier by less than 0.02 a sample with efforts that
-run on, and then lacked a delay.
+run on, and then lacked a delay. And so they are in a log whose samples lie unevenly, as no one number of ticks lies
+between them: run on by any, those of an arm's joint made its dry friction now this term and now that.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsfdi.drive import course
+from gsfdi.drive import course, regular
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.bench import Bench, bench
 from gsfdi.reconcile.hand import coarse, started
@@ -39,6 +40,8 @@ def unheld(stand: Bench, model: JointModel) -> list[JointRecord] | None:
     model : JointModel
         Without a controller, its effort's noise stated.
     """
+    if any(regular(record.t) is record.t for record in stand.records):
+        return None
     calm, costs = [calmed(record) for record in stand.records], dict[int, float]()
     for ticks in TICKS:
         if ticks > 3 and costs[3] > min(costs[1], costs[2]):
