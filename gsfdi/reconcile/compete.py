@@ -187,7 +187,7 @@ def _rounds(
             first, hand = (first if contests else restated), restated
             continue
         timed = shifted(hand, floor) if stepped else hand
-        if timed is not hand and (settled is None or is_as_likely(timed, settled, hand)):
+        if timed is not hand and (settled is None or is_as_likely(timed, settled, hand, floor)):
             first, hand = (shifted_as(timed, first, floor) if contests else timed), timed
             continue
         if settled is not None and contest.winner is None:

@@ -9,6 +9,7 @@ from gsfdi.fit import Fitted
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import Contest
+from gsfdi.reconcile.contract import LATE
 from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed
 from gsfdi.reconcile.forms import unrefined
@@ -17,9 +18,10 @@ from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.regauge import regauged
 from gsfdi.reconcile.rivals import DRY, rivals
+from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.reconcile.simpler import there_all_along, without
 from gsfdi.reconcile.ticks import CLOCKS, READ, unshifted
-from gsfdi.reconcile.trifles import pruned
+from gsfdi.reconcile.trifles import TRIVIAL, pruned
 from gsfdi.reconcile.turning import nearing, spread_of
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -114,7 +116,11 @@ def alike(hand: Round, one: TermUse, other: TermUse) -> bool:
 
 
 def names(
-    hand: Round, given: int, contests: Sequence[Contest], shelf_terms: Mapping[str, PhysicsTerm], faulty: bool = False
+    hand: Round,
+    given: int,
+    contests: Sequence[Contest],
+    shelf_terms: Mapping[str, PhysicsTerm],
+    shown: Sequence[LawFinding] = (),
 ) -> tuple[Round, list[Name]]:
     """Name the terms of the model in hand, swapping any that a rival does better under the final noise.
 
@@ -128,8 +134,8 @@ def names(
         How each term was chosen, with its rivals.
     shelf_terms : mapping of str to PhysicsTerm
         The library.
-    faulty : bool
-        Whether the law or the values have shown something wrong already, beside which any term must be needed.
+    shown : sequence of LawFinding
+        What the law or the values have shown to be wrong already, beside which any term must be needed.
     """
     hand = regauged(dated(unshifted(unrefined(pruned(hand, given, shelf_terms))), given), given)
     found: list[Name] = []
@@ -141,7 +147,7 @@ def names(
         bare = without(hand, place)
         gain = max(bare.cost - hand.fitted.cost, 0.0)
         if swaps and gain < WITHIN:  # it mended what was wrong with the one that has lost its place
-            return names(around(hand, bare), given, contests, shelf_terms, faulty)
+            return names(around(hand, bare), given, contests, shelf_terms, shown)
         rows = rivals(hand, place, given, contest, shelf_terms, gain, former) if contest is not None else []
         odds = [_odds(hand, use, f, merit, gain) + _prior(f.model.physics[-1], shelf_terms, hand) for merit, f in rows]
         own = _prior(use, shelf_terms, hand)
@@ -167,10 +173,13 @@ def names(
         place += 1
     hand = freed(hand)
     bares = [bared(hand, given + i) for i in range(len(found))]
-    found, beside = _with_intervals(hand, given, found, bares), faulty or len(found) > 1
+    found, beside = _with_intervals(hand, given, found, bares), bool(shown) or len(found) > 1
+    moved = TRIVIAL * sum(f.gain for f in shown if f.term == LATE)
     for i, (name, bare) in enumerate(zip(found, bares, strict=True)):
-        if bare.cost - hand.fitted.cost < needless(hand, given + i, name, shelf_terms[name.use.term], beside):
-            return names(around(hand, bare), given, contests, shelf_terms, faulty)
+        least = needless(hand, given + i, name, shelf_terms[name.use.term], beside)
+        least = max(least, moved) if is_sensor(name.use.term) else least  # a mend of how values were moved in time
+        if bare.cost - hand.fitted.cost < least:
+            return names(around(hand, bare), given, contests, shelf_terms, shown)
     return hand, found
 
 

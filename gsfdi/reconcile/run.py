@@ -59,7 +59,7 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
     if is_noise(first, contests[0], settled, seen, terms):
         offers = all_offers(first, terms, len(settled.model.physics))
         hand, contests = first, [undecided(first, screen(first, offers), contests[0].entries, terms)]
-    hand, found = names(hand, len(settled.model.physics), contests, terms, faulty=bool(settled.findings))
+    hand, found = names(hand, len(settled.model.physics), contests, terms, settled.findings)
     return _told(Case(records[0].joint, model, settled, first, hand, contests, found, terms))
 
 
