@@ -42,7 +42,9 @@ GEAR = 16  # gear ratio N
 ANGLE_JUMPED = 17  # what an observer has added to ANGLE [rad]: no motion, for a law that remembers where it was
 WINDUP_JUMPED = 18  # what it has added to ε [rad]
 BEGUN = 19  # stretch, as a share of the full, with which a bristle begins: what came before has left it there
-QUANTITIES = 20
+SWING = 20  # how far an appendage is behind the joint as it begins [rad]: what came before has left it swinging
+SWING_RATE = 21  # [rad/s]
+QUANTITIES = 22
 
 STATES = 5 + 2 * 32  # what a bristle needs to remember 32 reversals
 FEW = 2  # of them are enough for most laws, which leave the rest NaN
@@ -166,6 +168,8 @@ class PhysicsTerm:
         Whether it can only take energy out, for parameters within their bounds.
     memory : bool
         Whether the law keeps states.
+    swings : str
+        Parameter that is the frequency [Hz] at which what the law keeps swings on, so that it may begin swinging.
     stiffness, damping : callable or None
         Largest slope of the law against angle [N m/rad] and speed [N m s/rad], from the parameters: the replay's
         step must resolve what they make.
@@ -194,6 +198,7 @@ class PhysicsTerm:
     axes: tuple[Axis, ...] = ("rotary", "linear")
     dissipative: bool = False
     memory: bool = False
+    swings: str = ""
     stiffness: Callable[[Array], float] | None = None
     damping: Callable[[Array], float] | None = None
     wave: str = ""

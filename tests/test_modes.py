@@ -35,6 +35,19 @@ def test_a_light_appendage_is_found_wherever_it_rings(frequency: float, share: f
     assert entry["parameters"]["inertia_kg_m2"]["value"] == pytest.approx(inertia, rel=0.1)
 
 
+def test_an_appendage_may_swing_already_as_a_recording_begins() -> None:
+    use = TermUse("structural_mode", {"inertia_kg_m2": 0.1, "frequency_hz": 2.0, "damping_ratio": 0.005})
+    whole = simulate_record(replace(JOINT, physics=(use,)), seed=3, duration=60.0)
+    late = whole.t > 25.0
+    channels = {name: whole[name][late] for name in whole.channels}
+    cut = replace(whole, t=whole.t[late] - whole.t[late][0], channels=channels, valid={})
+    answer = reconcile([cut], JOINT)
+    (entry,) = answer.omitted_physics
+    low, high = entry["parameters"]["damping_ratio"]["ci95"]
+    assert (answer.verdict, entry["term"]) == ("explained", "structural_mode")
+    assert low < 0.005 < high < 0.01
+
+
 def test_a_recording_too_slow_for_any_mode_offers_none() -> None:
     stand = SimpleNamespace(scales=SimpleNamespace(period=1.0))
     assert worthy_frequencies(SimpleNamespace(stand=stand)) == {"structural_mode": ()}  # type: ignore[arg-type]

@@ -5,7 +5,7 @@ recordings. It needs no controller, forgets its initial state, and under feedbac
 for; a fit on positions alone would see nothing, for the controller hides there whatever the model lacks.
 """
 
-from gsfdi.fit.knobs import BRISTLES, INTEGRAL, SHIFT, START, Knob, Started, turned
+from gsfdi.fit.knobs import BRISTLES, INTEGRAL, SHIFT, START, SWING, SWING_RATE, Knob, Started, turned
 from gsfdi.fit.levenberg import Fitted, Misfit, covariance, levenberg, slopes
 
 __all__ = [
@@ -13,6 +13,8 @@ __all__ = [
     "INTEGRAL",
     "SHIFT",
     "START",
+    "SWING",
+    "SWING_RATE",
     "Fitted",
     "Knob",
     "Misfit",

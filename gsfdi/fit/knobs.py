@@ -8,21 +8,21 @@ import numpy as np
 from gsfdi.model import JointModel
 from gsfdi.types import Array
 
-START, INTEGRAL, BRISTLES, SHIFT = -2, -3, -4, -5
-"""Places of what a stretch of a `Started` model begins with: wind-up, the controller's integral part, bristles; and of
-its shift of time."""
+START, INTEGRAL, BRISTLES, SHIFT, SWING, SWING_RATE = range(-2, -8, -1)
+"""Places of what a stretch of a `Started` model begins with: wind-up, the controller's integral part, bristles; of its
+shift of time; and of how an appendage swings as a stretch begins."""
 
-BEGINS = {START: "windups", INTEGRAL: "integrals", BRISTLES: "bristles"}
+BEGINS = {START: "windups", INTEGRAL: "integrals", BRISTLES: "bristles", SWING: "swings", SWING_RATE: "swing_rates"}
 
 
 @dataclass(frozen=True, slots=True)
 class Started(JointModel):
-    """A model with what each stretch begins with: wind-up, integral part, and how far bristles are stretched.
+    """A model with what each stretch begins with: wind-up, integral part, stretch of bristles and swing of a mode.
 
     The wind-up is that beyond what balances the first effort [rad], the stretch of bristles a share of the full. No
     sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter, and so
     is the integral part of the controller that told a speed, beyond what was assumed of it. What went before a gap
-    has left bristles somewhere, too.
+    has left bristles somewhere, too, and an appendage swinging: behind the joint by an angle [rad] and a speed [rad/s].
 
     And a log that a simulator made in steps has a shift of time, of half a step: each effort acts as long before its
     stamp, and each speed is as much older than its stamp [s].
@@ -31,6 +31,8 @@ class Started(JointModel):
     windups: tuple[float, ...] = ()
     integrals: tuple[float, ...] = ()
     bristles: tuple[float, ...] = ()
+    swings: tuple[float, ...] = ()
+    swing_rates: tuple[float, ...] = ()
     shift: float = 0.0
 
     def beginning(self, name: str, stretch: int, value: float) -> "Started":

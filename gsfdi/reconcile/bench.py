@@ -198,11 +198,11 @@ class Bench:
 
 
 def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:
-    """States ``(models, 7)`` in which a stretch begins, with its bristles and its shift of time.
+    """States ``(models, 9)`` in which a stretch begins, with its bristles, its shift of time and its swing.
 
     A told speed is right on average, so that a bias of the effort that told it is in the integral's start already.
     """
-    found = np.array([[*initial_state(model, drive.start), 0.0, 0.0] for model in models])
+    found = np.array([[*initial_state(model, drive.start), *[0.0] * 4] for model in models])
     for row, model in zip(found, models, strict=True):
         biases = (use for use in model.physics if use.term == "current_bias")
         row[4] -= sum(use.values["bias_a"] * float(np.mean(drive.t >= (use.onset or drive.t[0]))) for use in biases)
@@ -210,7 +210,7 @@ def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:
             row[0] -= model.windups[stretch]
             row[2] += model.windups[stretch]
             row[4] += model.integrals[stretch]
-            row[5:] = model.bristles[stretch], model.shift
+            row[5:] = model.bristles[stretch], model.shift, model.swings[stretch], model.swing_rates[stretch]
     return found
 
 

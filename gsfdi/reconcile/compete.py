@@ -33,7 +33,7 @@ from gsfdi.reconcile.finalists import (
     settled_bar,
     settled_onset,
 )
-from gsfdi.reconcile.forms import relawed, reordered, reshaped, retuned
+from gsfdi.reconcile.forms import relawed, reordered, reshaped, retuned, swung
 from gsfdi.reconcile.hand import (
     Round,
     Turn,
@@ -320,7 +320,7 @@ def shaped(settled: Round, hand: Round, entry: Entry, term: PhysicsTerm, floor: 
     if likelier(settled, hand) <= 0:
         return None, 0.0
     last = len(hand.fitted.model.physics)
-    plain = reordered(retuned(settled, last, term, floor), last, term, floor)
+    plain = reordered(retuned(swung(settled, last, term, floor), last, term, floor), last, term, floor)
     other = relawed(plain, last, term, floor)
     found = reshaped(other, term, floor)
     most = SILENCED if term.place in SILENCERS else STRAYS

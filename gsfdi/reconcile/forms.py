@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsfdi.fit import Knob
+from gsfdi.fit import SWING, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.finalists import KNOB_COST, is_stretched
 from gsfdi.reconcile.hand import Round, around, from_below, leaves_nothing, likelier, project, regressed, settle
-from gsfdi.reconcile.knobs import plausible, term_knobs
+from gsfdi.reconcile.knobs import plausible, swing_knobs, term_knobs
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.screen import LEAST, likeliest
 from gsfdi.reconcile.stops import pressed
@@ -51,6 +51,25 @@ def retuned(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         trial = fit_knobs(hand.misfit, model.with_use(place, replace(use, values=values)), best.knobs, 3)
         best = min(best, trial, key=lambda one: one.cost)
     return hand if best.cost > hand.fitted.cost - KNOB_COST else settle(hand.stand, best.model, best.knobs, floor)
+
+
+def swung(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
+    """Let the term at `place` swing already as stretches begin, if that earns its numbers.
+
+    A mode of 2.9 Hz that began at rest after a gap of 6 s had a position gain and an inertia beside it that set in.
+    """
+    fitted = hand.fitted
+    if not term.swings or any(knob.place == SWING for knob in fitted.knobs):
+        return hand
+    knobs = swing_knobs(hand.stand, fitted.model.physics[place].values[term.swings])
+    moved = hand.misfit([knob.turn(fitted.model, knob.scale) for knob in knobs]) - fitted.residual
+    bare, residual = project(hand, moved)
+    taken = np.linalg.lstsq(bare.T, residual, rcond=None)[0] @ bare
+    least = KNOB_COST * len(knobs)
+    if 0.5 * float(taken @ taken) < least:
+        return hand
+    settled = settle(hand.stand, fitted.model, [*fitted.knobs, *knobs], floor)
+    return settled if likelier(settled, hand) > least else hand
 
 
 def reordered(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:

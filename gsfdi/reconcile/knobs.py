@@ -3,7 +3,7 @@
 import numpy as np
 
 from gsfdi.bristle import MEMORY
-from gsfdi.fit import BRISTLES, INTEGRAL, START, Knob
+from gsfdi.fit import BRISTLES, INTEGRAL, START, SWING, SWING_RATE, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.bench import Bench
@@ -50,6 +50,17 @@ def start_knobs(stand: Bench) -> list[Knob]:
 def bristle_knobs(stand: Bench) -> list[Knob]:
     """Knobs of how far bristles are stretched where a stretch begins: at rest, most likely, but a gap comes first."""
     return [Knob(BRISTLES, str(i), 0.2, -1.0, 1.0, 0.0, 0.5, is_size=False) for i in range(len(stand.records))]
+
+
+def swing_knobs(stand: Bench, frequency: float) -> list[Knob]:
+    """Knobs of how an appendage of this frequency [Hz] swings as a stretch begins: as far as drives shake it."""
+    omega = 2 * np.pi * frequency
+    rate = stand.scales.torque / stand.scales.inertia / omega
+    return [
+        Knob(place, str(i), 0.1 * size, -20 * size, 20 * size, 0.0, size)
+        for place, size in ((SWING, rate / omega), (SWING_RATE, rate))
+        for i in range(len(stand.records))
+    ]
 
 
 def _believed(place: int, name: str, value: float, share: float) -> Knob:

@@ -22,6 +22,8 @@ from gsfdi.types import Array
 def begin(start, row, m, v, states):  # type: ignore[no-untyped-def]
     """Set the state: motion, integral part of the controller (NaN keeps it), fresh memories of terms."""
     m[motion.BEGUN] = start[row, at.STRETCHED] if start.shape[1] > at.STRETCHED else 0.0
+    m[motion.SWING] = start[row, at.SWING] if start.shape[1] > at.SWING else 0.0
+    m[motion.SWING_RATE] = start[row, at.SWING_RATE] if start.shape[1] > at.SWING_RATE else 0.0
     for i in range(4):
         v[at.X, i] = start[row, i]
         v[at.TORQUES, i] = v[at.JUMPED, i] = 0.0
@@ -56,7 +58,7 @@ def run(  # type: ignore[no-untyped-def]
 ):
     """Replay one model.
 
-    `start` (1, 5 to 7) and `restarts` (k, 5) hold motion, the integral part and what else `layout` says of a start;
+    `start` (1, 5 to 9) and `restarts` (k, 5) hold motion, the integral part and what else `layout` says of a start;
     `state` and `shown` are filled; what follows them is scratch (see `scratch`).
     """
     v[at.MEMORY, 0], v[at.MEMORY, 2] = 0.0, np.nan

@@ -23,8 +23,9 @@ POSITION, VELOCITY, TEMPERATURE, LEVER, EVENT_WIDTH = range(8, 13)
 INTEGRAL, FLOWING, CORRECTED, STATE_WIDTH = 4, 5, 6, 7
 
 # What a start may hold beyond motion and integral part: how far the bristles are stretched, as a share; by how much the
-# recorded effort acts before its stamp and the speed is older than its stamp [s], a part of a tick.
-STRETCHED, SHIFT = 5, 6
+# recorded effort acts before its stamp and the speed is older than its stamp [s], a part of a tick; and how far behind
+# the joint an appendage is [rad], and how fast it falls behind [rad/s].
+STRETCHED, SHIFT, SWING, SWING_RATE = range(5, 9)
 
 # A row of what a sample shows: position, speed, effort, and in the predict modes the innovations.
 SHOWN_EFFORT, INNOVATION, SHOWN_WIDTH = 2, 3, 5

@@ -113,10 +113,10 @@ def replay_many(
         the effort that the model's controller makes of the recorded measurements.
     gain : (4, 2) or (models, 4, 2) array
         Observer gain of the predict modes.
-    x0 : (models, 5 to 8) array, optional
+    x0 : (models, 5 to 9) array, optional
         Initial states in place of those from the recording's first samples; further columns say how far bristles are
-        stretched, as a share of the full, how long before its stamp a recorded effort acts, and by how much the speed
-        is older than its stamp [s].
+        stretched, as a share of the full, how long before its stamp a recorded effort acts and the speed is older than
+        its stamp [s], and how far [rad] and how fast [rad/s] an appendage falls behind the joint.
     restarts : sequence of int
         Samples at which the state is set anew, to the rows of `states` (models, restarts, 5); without these, to what
         the recording shows from there (multiple shooting).

@@ -2,13 +2,13 @@
 
 import math
 
-from gsfdi.motion import JOINT_ANGLE, SPEED, STEP, Param, PhysicsTerm, Vector
+from gsfdi.motion import JOINT_ANGLE, SPEED, STEP, SWING, SWING_RATE, Param, PhysicsTerm, Vector
 
 
 def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give k (θ - ξ) + d (dθ - dξ) of an inertia at ξ beyond the output's own; implicit midpoint over the step."""
     if math.isnan(s[0]):
-        s[0], s[1] = m[JOINT_ANGLE], m[SPEED]
+        s[0], s[1] = m[JOINT_ANGLE] - m[SWING], m[SPEED] - m[SWING_RATE]
     omega = 2.0 * math.pi * p[1]
     half, pull, drag = 0.5 * m[STEP], omega * omega, 2.0 * p[2] * omega
     rate = s[1] + half * (pull * (m[JOINT_ANGLE] - s[0]) + drag * m[SPEED])
@@ -66,6 +66,7 @@ TERM = PhysicsTerm(
     sides=("output",),
     dissipative=True,
     memory=True,
+    swings="frequency_hz",
     stiffness=lambda p: p[0] * (2.0 * math.pi * p[1]) ** 2,
     damping=lambda p: p[0] * 4.0 * math.pi * p[1] * p[2],
     sets_in="rarely",
