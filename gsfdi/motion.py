@@ -168,8 +168,6 @@ class PhysicsTerm:
         Whether it can only take energy out, for parameters within their bounds.
     memory : bool
         Whether the law keeps states.
-    swings : str
-        Parameter that is the frequency [Hz] at which what the law keeps swings on, so that it may begin swinging.
     stiffness, damping : callable or None
         Largest slope of the law against angle [N m/rad] and speed [N m s/rad], from the parameters: the replay's
         step must resolve what they make.
@@ -198,7 +196,6 @@ class PhysicsTerm:
     axes: tuple[Axis, ...] = ("rotary", "linear")
     dissipative: bool = False
     memory: bool = False
-    swings: str = ""
     stiffness: Callable[[Array], float] | None = None
     damping: Callable[[Array], float] | None = None
     wave: str = ""

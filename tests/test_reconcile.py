@@ -668,6 +668,9 @@ def test_a_payload_is_named_however_large(factor: float) -> None:
         (TermUse("gearbox_hysteresis", {"torque_nm": 1.0, "width_rad": 0.5}), "width_rad", 0.5, True),
         (TermUse("gearbox_hysteresis", {"torque_nm": 1.0, "width_rad": 0.5}), "width_rad", 0.0, False),
         (TermUse("presliding_friction", {"torque_nm": 1.0, "stiffness_nm_rad": 0.5}), "stiffness_nm_rad", 0.0, True),
+        (TermUse("structural_mode", {"inertia_kg_m2": 1.0, "damping_ratio": 0.5}), "damping_ratio", 0.5, True),
+        (TermUse("structural_mode", {"inertia_kg_m2": 1.0, "frequency_hz": 0.5}), "frequency_hz", 0.5, True),
+        (TermUse("structural_mode", {"inertia_kg_m2": 1.0, "frequency_hz": 0.5}), "frequency_hz", 0.4, False),
     ],
 )
 def test_what_would_have_to_be_more_than_is_plausible_or_would_never_slip_is_no_name(

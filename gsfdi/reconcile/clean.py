@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from gsfdi.model import Controller, JointModel
+from gsfdi.reconcile.answering import is_white
 from gsfdi.reconcile.gaps import beside_lost, jumps
 from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.sensing import effort_noise
@@ -86,7 +87,8 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
 
     It must leave no more than the noise that the effort's sensor is said to have. One read off positions alone leaves
     the noise of their slopes besides, white as well, and its effort is worse than the recorded one: of fault-free
-    joints it made unexplained ones.
+    joints it made unexplained ones. What it leaves must be white, too: a cascade that filters its speed over four
+    samples was a law but for 6 % of the noise, and the effort it gave lacked a delay of 0.4 ms and a mode.
     """
     found = rough_law(records, model) if model.controller is None else None
     if found is None:
@@ -95,7 +97,7 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
     noise = effort_noise(model) or hiss(misfits)
     trifle = 0.0 if effort_noise(model) > 0 else SMOOTH * size
     left = float(np.sqrt(np.mean(np.concatenate(misfits) ** 2)))
-    return law if left <= max(EXACT * noise, trifle) else None
+    return law if left <= trifle or (left <= EXACT * noise and is_white(misfits)) else None
 
 
 def rough_law(records: Sequence[JointRecord], model: JointModel) -> tuple[Controller, list[Array], float] | None:

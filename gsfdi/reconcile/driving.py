@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gsfdi.model import JointModel, Side, TermUse
+from gsfdi.reconcile.answering import answered
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.hush import hushed
@@ -54,9 +55,11 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         noisy = with_effort_noise(model, None, stand)
         if (running := unheld(stand, noisy)) is not None:
             return Driving(running, noisy)
-    exact = cleaned(stand.records, model, law)
+    exact, noise = cleaned(stand.records, model, law), 0.0
+    if exact is None and model.controller is None and stand.sees_speed:
+        exact, noise = answered(stand.records, model) or (None, 0.0)
     if exact is not None:
-        silent = replace(model.sensors, effort_noise=0.0, effort_resolution=0.0)
+        silent = replace(model.sensors, effort_noise=noise, effort_resolution=0.0)
         leveled = replace(model, sensors=silent, physics=(*model.physics, *levels(stand)))
         return Driving(exact, leveled, level=level_doubt(stand))
     if law is not None:

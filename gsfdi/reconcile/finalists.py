@@ -41,8 +41,11 @@ ENDS = {
     ("gearbox_hysteresis", "width_rad"): "high",
     ("presliding_friction", "stiffness_nm_rad"): "low",
     ("shear_thinning_friction", "velocity_rad_s"): "low",
+    ("structural_mode", "damping_ratio"): "high",
+    ("structural_mode", "frequency_hz"): "high",
 }
-"""Ends of a number at which a term has another name: a bristle that never slips, drag that is there at once."""
+"""Ends of a number at which a term has another name: a bristle that never slips, drag that is there at once, a mode
+that does not ring, or faster than the log could show."""
 TURNED = 5.0
 """Times the speed of a smooth friction within which its laws differ."""
 TURNED_BY = 0.1

@@ -59,9 +59,9 @@ def swung(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
     A mode of 2.9 Hz that began at rest after a gap of 6 s had a position gain and an inertia beside it that set in.
     """
     fitted = hand.fitted
-    if not term.swings or any(knob.place == SWING for knob in fitted.knobs):
+    if term.frequency is None or any(knob.place == SWING for knob in fitted.knobs):
         return hand
-    knobs = swing_knobs(hand.stand, fitted.model.physics[place].values[term.swings])
+    knobs = swing_knobs(hand.stand, fitted.model.physics[place].values[term.frequency.name])
     moved = hand.misfit([knob.turn(fitted.model, knob.scale) for knob in knobs]) - fitted.residual
     bare, residual = project(hand, moved)
     taken = np.linalg.lstsq(bare.T, residual, rcond=None)[0] @ bare

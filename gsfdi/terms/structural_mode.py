@@ -66,7 +66,6 @@ TERM = PhysicsTerm(
     sides=("output",),
     dissipative=True,
     memory=True,
-    swings="frequency_hz",
     stiffness=lambda p: p[0] * (2.0 * math.pi * p[1]) ** 2,
     damping=lambda p: p[0] * 4.0 * math.pi * p[1] * p[2],
     sets_in="rarely",

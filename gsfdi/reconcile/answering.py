@@ -1,0 +1,115 @@
+"""The effort as a loop's answer to what is logged, whatever gains, filters and delays its unknown law is made of.
+
+A cascade that filters its speed, a computed torque, a delay of a tick: none is a PID law, all are linear in error,
+speed and setpoint of now and of a little before. Where such an answer leaves nothing but white noise of the effort's
+own size, it is what the drive was told, without its sensor's noise. It must be no longer than is needed: with all 26
+parts it was uncertain by a weight of 4 % of that noise. And it must stand for the whole effort: with the noise taken
+off its quick part only, or a doubt of that size left, a sound gearbox seemed to be damped, for under feedback an
+observer that doubts the effort too much answers its own sensors' noise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.signal import lfilter
+
+from gsfdi.model import Controller, JointModel
+from gsfdi.reconcile.law import EXACT
+from gsfdi.reconcile.sensing import effort_noise
+from gsfdi.reconcile.sheet import Sheet, hiss, sheet_of
+from gsfdi.types import Array, JointRecord
+
+LAGS = (1.0, 2.0, 4.0, 8.0, 16.0)
+"""Time constants of the filters of which a law's own are made up, in samples."""
+MAIN = 5
+"""Parts that any law has: error, its integral and that of the speed's, speed and setpoint's rate."""
+DOUBT = 4.0
+"""Standard deviations by which an answer is doubted at every sample: its errors last as long as the motion does."""
+FEW, WHITE, SURE = (16, 64), 1.2, 3.0
+"""Samples over which what a learnt law leaves is averaged, and its power then over that of white noise, at most, and
+standard deviations of that; of right laws it is between 0.93 and 1.07 over 16."""
+
+
+class Answered(NamedTuple):
+    """Records with the answer to what is logged for an effort, and what is left of its sensor's noise."""
+
+    records: list[JointRecord]
+    noise: float
+
+
+def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | None:
+    """Put the answer to what is logged in the place of the recorded effort; None where it is not all of that.
+
+    Parameters
+    ----------
+    records : sequence of JointRecord
+        With position and speed.
+    model : JointModel
+        With the noise of the effort's sensor, if that is stated.
+    """
+    if not all("setpoint" in r for r in records):
+        return None
+    rate = float(1.0 / np.median(np.diff(records[0].t)))
+    sheets = [sheet_of(record, model, Controller(1.0, 1.0, 1.0, rate)) for record in records]
+    laid_out = [_laid_out(sheet) for sheet in sheets if sheet is not None]
+    if len(laid_out) < len(records):
+        return None
+    columns, asked = zip(*laid_out, strict=True)
+    left, needed = unanswered(np.concatenate(columns), np.concatenate(asked))
+    parts = np.split(left, np.cumsum([len(a) for a in asked])[:-1])
+    noise = effort_noise(model) or hiss(parts)
+    if np.sqrt(np.mean(left**2)) > EXACT * noise or not is_white(parts):
+        return None
+    found = []
+    for record, sheet, part in zip(records, sheets, parts, strict=True):
+        assert sheet is not None
+        own = np.interp(record.t, sheet.t, part)
+        found.append(
+            replace(record, channels={**record.channels, record.effort: record[record.effort] - own}, valid={})
+        )
+    return Answered(found, DOUBT * noise * (needed / len(left)) ** 0.5)
+
+
+def unanswered(columns: Array, asked: Array) -> tuple[Array, int]:
+    """What no column ``(n, k)`` accounts for of an effort, and how many are needed: others go, but for the `MAIN`."""
+    columns = columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
+    while True:
+        gains = np.linalg.lstsq(columns, asked, rcond=1e-9)[0]
+        left = asked - columns @ gains
+        spread = np.diag(np.linalg.pinv(columns.T @ columns, rcond=1e-18, hermitian=True)) * np.mean(left**2)
+        worth = gains**2 / np.maximum(spread, 1e-300)
+        least = MAIN + int(np.argmin(worth[MAIN:])) if len(worth) > MAIN else 0
+        if least == 0 or worth[least] > np.log(len(asked)):
+            return np.asarray(left), columns.shape[1]
+        columns = np.delete(columns, least, axis=1)
+
+
+def _laid_out(sheet: Sheet) -> tuple[Array, Array]:
+    """Columns ``(n, k)`` that a law may answer to, and the effort less what was fed forward; 0 where nobody knows."""
+    error, speed, rate = sheet.parts["proportional"], -sheet.braking, sheet.rate
+    # a loop of speed sums up what it sees of that, with all its noise
+    swept = cumulative_trapezoid(rate - speed, sheet.t, initial=0)
+    parts = [error, sheet.parts["integral"], swept, speed, rate, np.gradient(rate, sheet.t)]
+    for signal in (error, speed, rate):
+        parts.append(np.concatenate([signal[:1], signal[:-1]]))
+        for lag in LAGS:
+            share = 1.0 / (1.0 + lag)
+            parts.append(lfilter([share], [1.0, share - 1.0], signal - signal[0]))
+    columns, asked, held = np.column_stack(parts), sheet.effort - sheet.parts["feedforward"], ~sheet.unheld
+    # a law's integral begins with a constant of its own
+    columns, asked = columns - columns[held].mean(axis=0), asked - asked[held].mean()
+    return np.where(held[:, None], columns, 0.0), np.where(held, asked, 0.0)
+
+
+def is_white(stretches: Sequence[Array]) -> bool:
+    """Whether values average out over a few samples as white noise does."""
+    power = float(np.mean(np.concatenate(stretches) ** 2))
+    for few in FEW:
+        averaged = np.concatenate([s[: len(s) // few * few].reshape(-1, few).mean(axis=1) for s in stretches])
+        spread = (2.0 / max(len(averaged), 1)) ** 0.5
+        if few * np.sum(averaged**2) > (WHITE + SURE * spread) * len(averaged) * power:
+            return False
+    return True
