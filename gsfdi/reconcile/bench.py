@@ -21,7 +21,7 @@ from gsfdi.reconcile.thinned import calmed, unseen_jumps
 from gsfdi.scales import Scales
 from gsfdi.simulate import Trace, initial_state, replay_many
 from gsfdi.types import Array, JointRecord, Mask
-from gsfdi.whiten import Observed, Whitener, observed, respond, steady_gain, steps_of, whitener
+from gsfdi.whiten import Observed, Whitener, observed, pushes, respond, steady_gain, steps_of, whitener
 
 Ints = npt.NDArray[np.int64]
 AWAY = 1e4
@@ -124,8 +124,8 @@ class Bench:
             tool = whitener(self.system, self.gain, self.doubt, torque, steps, present, self.shaken[i])
             if self.grains:
                 rng = np.random.default_rng(i)
-                push = torque * rng.standard_normal((1, len(steps), len(torque)))
-                tool = tool.coloured(respond(self.system, self.gain, push, self.grains[i][None], steps)[0])
+                push = pushes(self.system, torque, self.grains[i], rng)
+                tool = tool.coloured(respond(self.system, self.gain, push[None], self.grains[i][None], steps)[0])
             found.append(tool)
         return found
 

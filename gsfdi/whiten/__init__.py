@@ -11,13 +11,14 @@ from maximum likelihood on the recording and falls as the model improves.
 
 from gsfdi.whiten.responding import respond
 from gsfdi.whiten.system import LONGEST, Observed, observed, steady_gain, steps_of
-from gsfdi.whiten.whitening import Whitener, whitener
+from gsfdi.whiten.whitening import Whitener, pushes, whitener
 
 __all__ = [
     "LONGEST",
     "Observed",
     "Whitener",
     "observed",
+    "pushes",
     "respond",
     "steady_gain",
     "steps_of",

@@ -91,6 +91,17 @@ def told(system: Observed, torque: float) -> Array:
     return np.ascontiguousarray(system.common / max(1.0, shared))
 
 
+def pushes(system: Observed, torque: Array, sensed: Array, rng: np.random.Generator) -> Array:
+    """Draw noise ``(n, k)`` of the drive [N m] to go with errors ``(n, 2)`` of the sensors, of which some tell it."""
+    found = torque * rng.standard_normal((len(sensed), len(torque)))
+    if system.common.any():
+        place, drive = system.rows.index(1), system.Bt[:, 0]
+        share = float(told(system, torque[0])[:, place] @ drive / (drive @ drive))
+        rest = max(torque[0] ** 2 - share**2 * system.R[place], 0.0) ** 0.5
+        found[:, 0] = share * sensed[:, 1] + rest / torque[0] * found[:, 0]
+    return found
+
+
 @numba.njit(cache=True)
 def _gains(Ad, Q, C, R, common, P0, steps, present, push, shake):  # type: ignore[no-untyped-def]
     """Gains and inverse Cholesky factors of the innovations' covariance, sample by sample; 0 steps starts anew.
