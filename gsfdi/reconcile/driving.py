@@ -55,6 +55,10 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         noisy = with_effort_noise(model, None, stand)
         if (running := unheld(stand, noisy)) is not None:
             return Driving(running, noisy)
+    if law is not None and telling and law.derivative_delay == 0:
+        heard = heard_by(stand, model, law)
+        if heard is not None:
+            return Driving(heard.records, heard.model, lever=heard.lever)
     exact, noise = cleaned(stand.records, model, law), 0.0
     if exact is None and model.controller is None and stand.sees_speed:
         exact, noise = answered(stand.records, model) or (None, 0.0)
@@ -63,8 +67,7 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         leveled = replace(model, sensors=silent, physics=(*model.physics, *levels(stand)))
         return Driving(exact, leveled, level=level_doubt(stand))
     if law is not None:
-        heard = heard_by(stand, model, law) if telling and law.derivative_delay == 0 else None
-        return Driving(None, model) if heard is None else Driving(heard.records, heard.model, lever=heard.lever)
+        return Driving(None, model)
     if stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:
         return Driving(quiet.records, quiet.model)
     return Driving(None, with_effort_noise(model, None, stand))
