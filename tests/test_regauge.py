@@ -61,3 +61,10 @@ def test_only_numbers_that_agree_have_a_factor(ratios: tuple[float, ...], factor
     knobs = [Knob(-1, name, 0.03, 0.92, 1.08, 1.0, 0.03) for name in PLANT[: len(ratios)]]
     hand = SimpleNamespace(fitted=SimpleNamespace(knobs=knobs, values=ratios))
     assert common_factor(hand) == (None if factor is None else pytest.approx(factor, abs=1e-3))  # type: ignore[arg-type]
+
+
+def test_one_number_that_bends_all_others_as_far_as_they_go_is_no_sign_of_another_law() -> None:
+    soft = replace(ARM, plant=replace(ARM.plant, stiffness=0.8519 * ARM.plant.stiffness))
+    answer = reconcile([simulate_record(soft, seed=2, duration=40.0)], ARM)
+    assert answer.verdict == "explained"
+    assert [entry["term"] for entry in answer.omitted_physics] == ["stiffness_change"]

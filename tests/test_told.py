@@ -7,7 +7,7 @@ import pytest
 from joints import MODEL, ramping, without_speed
 
 from gsfdi.errors import UnusableInputError
-from gsfdi.model import JointModel, TermUse
+from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.reconcile.bench import bench, shared_noise
 from gsfdi.reconcile.clean import learn_law, rough_law
@@ -16,6 +16,7 @@ from gsfdi.reconcile.noise import effort_floor, surprise
 from gsfdi.reconcile.twin import twin_of
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
+from gsfdi.whiten import observed, whitener
 
 
 def unseen(model: JointModel, seed: int = 1) -> JointRecord:
@@ -212,3 +213,31 @@ def test_a_limit_at_which_the_integral_waits_is_no_bias_that_sets_in(seed: int, 
     (entry,) = reconcile([unseen(limited, seed)], MODEL).omitted_physics
     assert entry["term"] == "current_limit"
     assert entry["parameters"]["limit_a"]["value"] == pytest.approx(limit, rel=3e-3)
+
+
+COARSE = JointModel(
+    "J1",
+    "flexible",
+    Plant(4.5, 0.00015, 160.0, 42000.0, 3.0, 0.14),
+    controller=Controller(37.0, 18.0, 7.4, 250.0),
+    sensors=Sensors(4.8e-5, 0.0, 0.0, 0.1, 0.0, 0.02),
+)
+"""A joint of which a coarse encoder shows the position, and a noisy effort what the law made of its speed."""
+
+
+def test_innovations_are_white_where_a_coarse_position_goes_with_a_told_speed() -> None:
+    record = without_speed(simulate_record(COARSE, seed=3, duration=30.0))
+    stand = settle_contract([record], COARSE, ()).stand
+    assert stand.grains
+    assert stand.lever > 0
+    white = stand.white(stand.innovations([stand.model]), stand.whiteners(effort_floor(stand)))[0].reshape(-1, 2)
+    for channel in white[stand.awake(0)[::2] > 0].T:
+        beside = [float(np.mean(channel[lag:] * channel[:-lag])) / float(np.var(channel)) for lag in (2, 3, 4)]
+        assert np.abs(beside) == pytest.approx([0.0] * 3, abs=0.07)
+
+
+def test_a_told_speed_shares_no_more_noise_with_the_drive_than_either_has() -> None:
+    system = observed(MODEL, 0.01, (1e-10, 1e-2), shared=1.0)
+    steps, present = np.r_[0, np.ones(99, dtype=np.int64)], np.ones(100, dtype=np.bool_)
+    torque = np.array([0.5, 0.1])
+    assert np.isfinite(whitener(system, np.zeros((4, 2)), 1e-6 * np.eye(4), torque, steps, present).weights).all()

@@ -131,7 +131,7 @@ def is_in_pieces(case: Case) -> bool:
 def strained(case: Case) -> list[str]:
     """Numbers of the plant that went as far as they are believed; none where it is one alone.
 
-    Beside a law that is not the joint's all of them are bent.
+    Beside a law that is not the joint's all of them are bent; where none was found, one that is off bends the others.
     """
     fitted = case.hand.fitted
     ends = [
@@ -139,7 +139,7 @@ def strained(case: Case) -> list[str]:
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
         if knob.place == -1 and knob.name in TERM_OF and knob.low < knob.high and is_at_end(knob, value)
     ]
-    return ends if len(ends) > 1 else []
+    return ends if len(ends) > 1 and (case.found or case.findings) else []
 
 
 def is_at_end(knob: Knob, value: float) -> bool:
