@@ -29,3 +29,10 @@ def test_the_figures_are_of_the_part_that_was_kept_although_it_is_not_the_usual_
     answer = reconcile([shaken], replace(JOINT, controller=None))
     kept = answer.fit["held_out_seconds"]
     assert kept[0] != pytest.approx(low, abs=0.5)
+
+
+def test_the_noise_floor_is_what_a_sound_joint_leaves_that_its_own_noise_moves() -> None:
+    answer = reconcile([simulate_record(JOINT, seed=1, duration=30.0)], JOINT)
+    after, floor = answer.fit["after"], answer.fit["noise_floor"]
+    assert after == pytest.approx(floor, rel=0.2)
+    assert floor["position_rad"] > 2.0 * JOINT.sensors.position_noise
