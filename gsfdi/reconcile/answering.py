@@ -38,6 +38,8 @@ class Answered(NamedTuple):
 
     records: list[JointRecord]
     noise: float
+    needed: int
+    """Parts of which the answer is made."""
 
 
 def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | None:
@@ -70,7 +72,17 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
         found.append(
             replace(record, channels={**record.channels, record.effort: record[record.effort] - own}, valid={})
         )
-    return Answered(found, DOUBT * noise * (needed / len(left)) ** 0.5)
+    return Answered(found, DOUBT * noise * (needed / len(left)) ** 0.5, needed)
+
+
+def is_closer(wide: Answered, plain: Sequence[JointRecord], recorded: Sequence[JointRecord]) -> bool:
+    """Whether an answer is nearer to the recorded efforts than those of a plain law by more than its parts cost."""
+
+    def energy(told: Sequence[JointRecord]) -> float:
+        return sum(float(np.nansum((r[r.effort] - t[t.effort]) ** 2)) for r, t in zip(recorded, told, strict=True))
+
+    count = sum(len(record.t) for record in recorded)
+    return count * float(np.log(energy(plain) / energy(wide.records))) > wide.needed * float(np.log(count))
 
 
 def unanswered(columns: Array, asked: Array) -> tuple[Array, int]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gsfdi.model import JointModel, Side, TermUse
-from gsfdi.reconcile.answering import answered
+from gsfdi.reconcile.answering import answered, is_closer
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.hush import hushed
@@ -60,8 +60,10 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         if heard is not None:
             return Driving(heard.records, heard.model, lever=heard.lever)
     exact, noise = cleaned(stand.records, model, law), 0.0
-    if exact is None and model.controller is None and stand.sees_speed:
-        exact, noise = answered(stand.records, model) or (None, 0.0)
+    if model.controller is None and stand.sees_speed:
+        wide = answered(stand.records, model)
+        if wide is not None and (exact is None or is_closer(wide, exact, stand.records)):
+            exact, noise = wide.records, wide.noise
     if exact is not None:
         silent = replace(model.sensors, effort_noise=noise, effort_resolution=0.0)
         leveled = replace(model, sensors=silent, physics=(*model.physics, *levels(stand)))
