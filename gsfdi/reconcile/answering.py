@@ -62,8 +62,8 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
     columns, asked = zip(*laid_out, strict=True)
     left, needed = unanswered(np.concatenate(columns), np.concatenate(asked))
     parts = np.split(left, np.cumsum([len(a) for a in asked])[:-1])
-    noise = effort_noise(model) or hiss(parts)
-    if np.sqrt(np.mean(left**2)) > EXACT * noise or not is_white(parts):
+    noise, count = effort_noise(model) or hiss(parts), max(np.count_nonzero(left), 1)
+    if np.sqrt(left @ left / count) > EXACT * noise or not is_white(parts):
         return None
     found = []
     for record, sheet, part in zip(records, sheets, parts, strict=True):
@@ -72,7 +72,7 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
         found.append(
             replace(record, channels={**record.channels, record.effort: record[record.effort] - own}, valid={})
         )
-    return Answered(found, DOUBT * noise * (needed / len(left)) ** 0.5, needed)
+    return Answered(found, DOUBT * noise * (needed / count) ** 0.5, needed)
 
 
 def is_closer(wide: Answered, plain: Sequence[JointRecord], recorded: Sequence[JointRecord]) -> bool:
