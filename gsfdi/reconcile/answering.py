@@ -62,8 +62,8 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
     columns, asked = zip(*laid_out, strict=True)
     left, needed = unanswered(np.concatenate(columns), np.concatenate(asked))
     parts = np.split(left, np.cumsum([len(a) for a in asked])[:-1])
-    noise, count = effort_noise(model) or hiss(parts), max(np.count_nonzero(left), 1)
-    if np.sqrt(left @ left / count) > EXACT * noise or not is_white(parts):
+    noise, count = effort_noise(model) or hiss(parts), max(int(np.count_nonzero(left)), 1)
+    if np.sqrt(float(left @ left) / count) > EXACT * noise or not is_white(parts):
         return None
     found = []
     for record, sheet, part in zip(records, sheets, parts, strict=True):

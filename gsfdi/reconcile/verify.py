@@ -66,15 +66,12 @@ def strays(stand: Bench, before: JointModel, after: JointModel, held_out: bool =
     A drive that moves nothing predicts best how a joint moves whose loop holds its speed, so that many times the
     inertia may stand for frictions that take most of the effort. It would ask for other efforts to move so, for
     misfits of more than `most` times those without it. Told by what is held out or by the rest; without a controller
-    by the positions that are held out, alone.
+    nothing is said.
     """
-    effort, position = (CHANNELS[name].column(stand.model.axis) for name in (stand.records[0].effort, "position"))
-    open_loop = after.controller is None or "setpoint" not in stand.records[0]
-    if open_loop and not held_out:
+    if after.controller is None or "setpoint" not in stand.records[0]:
         return False
     first, last = (misfit(stand, model, held_out) for model in (before, after))
-    if open_loop:
-        return last.get(position, np.inf) > most * first.get(position, np.inf)
+    effort, position = (CHANNELS[name].column(stand.model.axis) for name in (stand.records[0].effort, "position"))
     if {effort, position} - (first.keys() & last.keys()) or last[effort] > RUNS_AWAY * stand.scales.effort:
         return False
     return last[effort] > most * first[effort] and last[position] > first[position]
