@@ -66,10 +66,9 @@ class Job:
 
 
 def asked_for(rate: float, seconds: float, reach: float, push: float, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Setpoint and its rate: from place to place, five polynomial orders each, with rests between."""
+    """Setpoint and its rate: from place to place by polynomials of the fifth order, with rests between."""
     t = np.arange(round(rate * seconds)) / rate
     setpoint, speed, begun, here = np.zeros(t.size), np.zeros(t.size), 0.5, 0.0
-    setpoint[:] = here
     while begun < seconds:
         way = rng.uniform(-reach, reach) - here
         takes = max((5.8 * abs(way) / push) ** 0.5, 20.0 / rate)

@@ -16,10 +16,10 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import lfilter
 
-from gsfdi.model import Controller, JointModel
+from gsfdi.model import JointModel
 from gsfdi.reconcile.law import EXACT
 from gsfdi.reconcile.sensing import effort_noise
-from gsfdi.reconcile.sheet import Sheet, hiss, sheet_of
+from gsfdi.reconcile.sheet import Sheet, hiss, unit_sheets
 from gsfdi.types import Array, JointRecord
 
 LAGS = (1.0, 2.0, 4.0, 8.0, 16.0)
@@ -52,14 +52,11 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
     model : JointModel
         With the noise of the effort's sensor, if that is stated.
     """
-    if not all("setpoint" in r for r in records):
+    laid_out = unit_sheets(records, model)
+    if laid_out is None:
         return None
-    rate = float(1.0 / np.median(np.diff(records[0].t)))
-    sheets = [sheet_of(record, model, Controller(1.0, 1.0, 1.0, rate)) for record in records]
-    laid_out = [_laid_out(sheet) for sheet in sheets if sheet is not None]
-    if len(laid_out) < len(records):
-        return None
-    columns, asked = zip(*laid_out, strict=True)
+    _, sheets = laid_out
+    columns, asked = zip(*map(_laid_out, sheets), strict=True)
     left, needed = unanswered(np.concatenate(columns), np.concatenate(asked))
     parts = np.split(left, np.cumsum([len(a) for a in asked])[:-1])
     noise, count = effort_noise(model) or hiss(parts), max(int(np.count_nonzero(left)), 1)
@@ -67,7 +64,6 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
         return None
     found = []
     for record, sheet, part in zip(records, sheets, parts, strict=True):
-        assert sheet is not None
         own = np.interp(record.t, sheet.t, part)
         found.append(
             replace(record, channels={**record.channels, record.effort: record[record.effort] - own}, valid={})
@@ -87,16 +83,18 @@ def is_closer(wide: Answered, plain: Sequence[JointRecord], recorded: Sequence[J
 
 def unanswered(columns: Array, asked: Array) -> tuple[Array, int]:
     """What no column ``(n, k)`` accounts for of an effort, and how many are needed: others go, but for the `MAIN`."""
-    columns = columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
+    columns, kept = columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300), np.arange(columns.shape[1])
+    # all that a regression on any of them asks for is in this triangle
+    triangle: Array = np.asarray(np.linalg.qr(np.column_stack([columns, asked]), mode="r"))
     while True:
-        gains = np.linalg.lstsq(columns, asked, rcond=1e-9)[0]
-        left = asked - columns @ gains
-        spread = np.diag(np.linalg.pinv(columns.T @ columns, rcond=1e-18, hermitian=True)) * np.mean(left**2)
-        worth = gains**2 / np.maximum(spread, 1e-300)
-        least = MAIN + int(np.argmin(worth[MAIN:])) if len(worth) > MAIN else 0
+        X, y = triangle[:, kept], triangle[:, -1]
+        gains = np.linalg.lstsq(X, y, rcond=1e-9)[0]
+        spread = np.diag(np.linalg.pinv(X.T @ X, rcond=1e-18, hermitian=True)) * np.sum((y - X @ gains) ** 2)
+        worth = gains**2 * len(asked) / np.maximum(spread, 1e-300)
+        least = MAIN + int(np.argmin(worth[MAIN:])) if len(kept) > MAIN else 0
         if least == 0 or worth[least] > np.log(len(asked)):
-            return np.asarray(left), columns.shape[1]
-        columns = np.delete(columns, least, axis=1)
+            return np.asarray(asked - columns[:, kept] @ gains), len(kept)
+        kept = np.delete(kept, least)
 
 
 def _laid_out(sheet: Sheet) -> tuple[Array, Array]:

@@ -21,7 +21,7 @@ from gsfdi.reconcile.answering import is_white
 from gsfdi.reconcile.gaps import beside_lost, jumps
 from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.sensing import effort_noise
-from gsfdi.reconcile.sheet import LawFinding, commanded, hiss, level_of, sheet_of, unrated
+from gsfdi.reconcile.sheet import LawFinding, commanded, hiss, level_of, sheet_of, unit_sheets, unrated
 from gsfdi.types import Array, JointRecord, Mask
 
 AGED = 0.25
@@ -112,15 +112,12 @@ def rough_law(records: Sequence[JointRecord], model: JointModel) -> tuple[Contro
     float
         Root mean square of the effort about its mean.
     """
-    if not all("setpoint" in r for r in records):
+    laid_out = unit_sheets(records, model)
+    if laid_out is None:
         return None
-    rate = float(1.0 / np.median(np.diff(records[0].t)))
-    unit = Controller(1.0, 1.0, 1.0, rate)
+    unit, sheets = laid_out
     rows, blocks = [], []
-    for record in records:
-        sheet = sheet_of(record, model, unit)
-        if sheet is None:
-            return None
+    for sheet in sheets:
         fast, held = sheet.rate, ~sheet.unheld
         columns = [sheet.parts["proportional"], sheet.parts["integral"], fast - sheet.parts["derivative"], fast]
         columns = [column[held] for column in columns]
@@ -134,4 +131,4 @@ def rough_law(records: Sequence[JointRecord], model: JointModel) -> tuple[Contro
     if -kd <= 0 or kp <= 0:
         return None
     misfits = np.split(y - X @ gains, np.cumsum([len(b) for b in blocks])[:-1])
-    return Controller(kp, ki, -kd, rate, ahead / -kd), misfits, float(np.sqrt(np.mean(y**2)))
+    return Controller(kp, ki, -kd, unit.sample_rate, ahead / -kd), misfits, float(np.sqrt(np.mean(y**2)))

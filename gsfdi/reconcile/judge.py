@@ -174,11 +174,11 @@ def names(
     hand = freed(hand)
     bares = [bared(hand, given + i) for i in range(len(found))]
     found, beside = _with_intervals(hand, given, found, bares), bool(shown) or len(found) > 1
+    # beside stamps that were late, a small error of a sensor only mends how its values were moved
     moved = TRIVIAL * sum(f.gain for f in shown if f.term == LATE)
     for i, (name, bare) in enumerate(zip(found, bares, strict=True)):
         least = needless(hand, given + i, name, shelf_terms[name.use.term], beside)
-        least = max(least, moved) if is_sensor(name.use.term) else least  # a mend of how values were moved in time
-        if bare.cost - hand.fitted.cost < least:
+        if bare.cost - hand.fitted.cost < max(least, moved if is_sensor(name.use.term) else 0.0):
             return names(around(hand, bare), given, contests, shelf_terms, shown)
     return hand, found
 

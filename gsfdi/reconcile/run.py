@@ -151,5 +151,5 @@ def _fit(case: Case, model: JointModel) -> dict[str, Any]:
         "held_out_seconds": list(stand.held_out),
         "before": before,
         "after": after,
-        "noise_floor": dict(verify.felt_noise(stand, model)),
+        "noise_floor": dict(verify.felt_noise(stand, model, list(after))),
     }

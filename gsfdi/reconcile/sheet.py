@@ -143,6 +143,15 @@ def sheet_of(
     return at_rest(sheet) if own and limit_of(sheet, ()) is not None else sheet
 
 
+def unit_sheets(records: Sequence[JointRecord], model: JointModel) -> tuple[Controller, list[Sheet]] | None:
+    """Lay out every record by a law of gains of 1 at its own rate; None where one has no setpoint or cannot be."""
+    if not all("setpoint" in record for record in records):
+        return None
+    unit = Controller(1.0, 1.0, 1.0, float(1.0 / np.median(np.diff(records[0].t))))
+    sheets = Log(records, model).sheets(unit)
+    return (unit, sheets) if len(sheets) == len(records) else None
+
+
 def younger(law: Controller, lag: float) -> Controller:
     """Give the law as it reads beside a logged speed that lags behind the one it was fed."""
     return replace(law, derivative_delay=law.derivative_delay - lag)

@@ -97,19 +97,18 @@ def left_over(stand: Bench, before: JointModel, after: JointModel) -> float:
     return float(np.sqrt(max(shares, default=1.0)))
 
 
-def felt_noise(stand: Bench, model: JointModel) -> Mapping[str, float]:
+def felt_noise(stand: Bench, model: JointModel, columns: Sequence[str]) -> Mapping[str, float]:
     """What noise leaves of a simulation: no less than `noise_floor`, and in a closed loop what it moves the joint by.
 
     Under feedback a joint moves with its sensors' noise, which no simulation without it can follow: of fault-free
     joints the position was up to 16 times as far off as its sensor's noise.
     """
+    own = noise_floor(stand, columns)
     try:
-        shown = [simulate_record(model, replay=record, seed=SEED) for record in stand.records]
+        shown = tuple(simulate_record(model, replay=record, seed=SEED) for record in stand.records)
     except UnusableInputError:  # no controller, or no setpoint
-        return noise_floor(stand, list(misfit(stand, model)))
-    twin = replace(stand, records=tuple(shown))
-    moved = misfit(twin, model)
-    own = noise_floor(stand, list(misfit(stand, model)))
+        return own
+    moved = misfit(replace(stand, records=shown), model)
     return {name: max(value, moved.get(name, 0.0)) for name, value in own.items()}
 
 
