@@ -27,7 +27,7 @@ from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
 from gsfdi.reconcile.ticks import shift_of
 from gsfdi.reconcile.twin import is_imitated
-from gsfdi.reconcile.verdict import PARTLY, left_of, strained, verdict_of
+from gsfdi.reconcile.verdict import PARTLY, bent_by_law, left_of, verdict_of
 from gsfdi.reconcile.verify import left_over
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
@@ -89,7 +89,7 @@ def _told(case: Case) -> Reconciliation:
     moved_off = bool(entries) or verdict in ("unexplained", "partly_explained")
     fit = _fit(case, model)
     anew = rewritten(case.settled.model.physics, case.hand.fitted.model.physics, case.nominal.axis)
-    says = summary(verdict, entries, *told_of(case, verdict, left)) + bent(strained(case) if entries else []) + anew
+    says = summary(verdict, entries, *told_of(case, verdict, left)) + bent(bent_by_law(case) if entries else []) + anew
     return Reconciliation(
         joint=case.joint,
         verdict=verdict,

@@ -69,7 +69,7 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
         return "unexplained"
     piled = [name.use.term for name in case.found if name.use.term in PLANT]
     scattered = moments_of((name.use for name in case.found), case.stand.scales.seconds) > 1
-    if len(piled) > 1 or scattered or is_series(case) or strained(case) or is_far(case) or is_in_pieces(case):
+    if len(piled) > 1 or scattered or is_series(case) or bent_by_law(case) or is_far(case) or is_in_pieces(case):
         # a joint of which two numbers are far off at once has another law than any of these, and so has one in which
         # one thing after another sets in within one recording
         return "partly_explained"
@@ -129,17 +129,22 @@ def is_in_pieces(case: Case) -> bool:
 
 
 def strained(case: Case) -> list[str]:
-    """Numbers of the plant that went as far as they are believed; none where it is one alone.
-
-    Beside a law that is not the joint's all of them are bent; where none was found, one that is off bends the others.
-    """
+    """Numbers of the plant that went as far as they are believed; none where it is one alone."""
     fitted = case.hand.fitted
     ends = [
         TERM_OF[knob.name]
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
         if knob.place == -1 and knob.name in TERM_OF and knob.low < knob.high and is_at_end(knob, value)
     ]
-    return ends if len(ends) > 1 and (case.found or case.findings) else []
+    return ends if len(ends) > 1 else []
+
+
+def bent_by_law(case: Case) -> list[str]:
+    """Numbers that are `strained` beside what was found: all of them are bent by a law that is not the joint's.
+
+    Where no law was found, one number that is off bends the others.
+    """
+    return strained(case) if case.found or case.findings else []
 
 
 def is_at_end(knob: Knob, value: float) -> bool:
