@@ -229,6 +229,9 @@ def bench(records: Sequence[JointRecord], model: JointModel, lever: float = 0.0)
     spread = np.full(system.Bt.shape[1], 0.2 * scales.torque)
     gain = steady_gain(system, spread)
     whole = tuple(stretch for r in usable for stretch in stretches(r, period, 2 * WARM_UP))
+    if not whole:
+        short = f"has no stretch of {2 * WARM_UP:g} s without a gap"
+        raise UnusableInputError(usable[0].source or model.name, short, "record for longer")
     whole = tuple(calmed(r) if is_thinned(r.t, model.controller) else r for r in whole)
     drives = tuple(drive_of(r, model) for r in whole)
     if lever > 0:
