@@ -6,7 +6,8 @@ from typing import Any
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile.case import Case
-from gsfdi.reconcile.parameters import TERM_OF, Shift, all_kept, lone_changes, shifts
+from gsfdi.reconcile.hand import around
+from gsfdi.reconcile.parameters import PINNED, SNUG, TERM_OF, Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
@@ -103,11 +104,14 @@ def shift_entries(moved: Sequence[Shift]) -> list[dict[str, Any]]:
     ]
 
 
-def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
-    """Parameters to name because they alone account for the mismatch, and where all parameters ended."""
+def parameters_of(case: Case) -> tuple[Case, list[Shift], list[Shift]]:
+    """Parameters to name because they alone account for the mismatch, and where all parameters ended.
+
+    Where one alone accounts for it the case is given back with that one moved, and no other.
+    """
     moved = shifts(case.hand)
     if case.found:
-        return [s for s in moved if s.is_news and s.is_sure], moved
+        return case, [s for s in moved if s.is_news and s.is_sure], moved
     plant = case.settled.model.plant
     doubted = case.settled.model.trust  # what the model itself calls uncertain is free to move
     names = {k.name for k in case.first.fitted.knobs if k.place == -1 and k.name in TERM_OF} - doubted.keys()
@@ -115,13 +119,17 @@ def parameters_of(case: Case) -> tuple[list[Shift], list[Shift]]:
     unseen = case.settled.law is None and not case.stand.sees_speed
     gain = all_kept(case.first, nominal) if nominal else 0.0
     if gain < (UNSEEN if unseen else LEAST):
-        return [], moved
-    alone = lone_changes(case.first, nominal)
-    (cost, shift), slight = alone[0], SLIGHT * gain
-    if cost < max(SOLE, slight) and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > 0.003:
-        near = [s.term for c, s in alone[1:] if c < cost + max(APART, slight)]
-        return [replace(shift, alike=(*near, *likes_of(shift.term, case)))], moved
-    return [s for s in moved if s.is_news], moved
+        return case, [], moved
+    news = [s for s in moved if s.is_news]
+    for leeway in (PINNED, SNUG) if news else (PINNED,):
+        alone = lone_changes(case.first, nominal, leeway)
+        lone, slight = alone[0], SLIGHT * gain
+        shift, needed = lone.shift, 0.003 if leeway == PINNED else lone.shift.tolerance
+        if lone.cost < max(SOLE, slight) and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > needed:
+            near = [other.shift.term for other in alone[1:] if other.cost < lone.cost + max(APART, slight)]
+            shift = replace(shift, alike=(*near, *likes_of(shift.term, case)))
+            return replace(case, hand=around(case.first, lone.fitted)), [shift], [shift]
+    return case, news, moved
 
 
 def likes_of(term: str, case: Case) -> tuple[str, ...]:
@@ -136,10 +144,11 @@ def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
     found = [(name.use.term, *name.close) for name in case.found if name.close]
     law = case.nominal.controller
     ahead = case.stand.lever > 0 and law is not None and law.rate_feedforward != 0
-    if not case.stand.sees_speed and not ahead and any(f.term == "controller_derivative" for f in case.findings):
-        found.append(UNSEEN_SPEED)
     named = {name.use.term for name in case.found} | {finding.term for finding in case.findings}
-    if case.stand.lever > 0 and "position_gain" in named:
+    alike = not case.stand.sees_speed and not ahead and {f.term for f in case.findings} & set(UNSEEN_SPEED)
+    if alike:
+        found.append(UNSEEN_SPEED)
+    elif case.stand.lever > 0 and "position_gain" in named:
         found.append(("position_gain", "velocity_gain"))  # a speed that the law told shows both
     found += [(shift.term, *shift.alike) for shift in lone if shift.alike]
     scaled = lone and case.nominal.structure == "rigid" and not case.nominal.physics

@@ -8,7 +8,7 @@ import numpy as np
 from gsfdi.fit import Fitted, Knob, levenberg
 from gsfdi.model import JointModel
 from gsfdi.reconcile.hand import Round
-from gsfdi.reconcile.turning import DOUBT, spread_of
+from gsfdi.reconcile.turning import DOUBT, balanced, spread_of
 
 TERM_OF = {
     "torque_constant": "torque_constant_change",
@@ -18,6 +18,10 @@ TERM_OF = {
 }
 TOLERANCE = 0.055 / DOUBT
 """How far a nominal parameter may be off without that being news, in standard deviations of the belief in it."""
+PINNED = 1e-3
+"""Doubt in a number that is held, as a share of the usual."""
+SNUG = 0.01 / DOUBT
+"""The same where the others may give way a little: a joint and its simulation also differ in how friction turns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +62,15 @@ def shifts(hand: Round) -> list[Shift]:
     return found
 
 
+@dataclass(frozen=True, slots=True)
+class Lone:
+    """One plant parameter moved, the others held: its shift, the fit, and what that costs beyond moving all."""
+
+    shift: Shift
+    fitted: Fitted
+    cost: float
+
+
 def all_kept(hand: Round, nominal: Mapping[str, float]) -> float:
     """Log-likelihood that it costs to keep every plant parameter nominal.
 
@@ -68,12 +81,12 @@ def all_kept(hand: Round, nominal: Mapping[str, float]) -> float:
     nominal : mapping of str to float
         Nominal values by field of the plant.
     """
-    knobs = [_pinned(k, nominal) for k in hand.fitted.knobs]
+    knobs = [_held(k, nominal, PINNED) for k in hand.fitted.knobs]
     return _cost_beside(hand, levenberg(hand.misfit, _with(hand, nominal), knobs, 6))
 
 
-def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float, Shift]]:
-    """Each plant parameter moved alone, the others nominal: what that costs beyond moving all, and its shift.
+def lone_changes(hand: Round, nominal: Mapping[str, float], leeway: float) -> list[Lone]:
+    """Move each plant parameter alone, the others held; that which costs least beyond moving all comes first.
 
     Parameters
     ----------
@@ -81,18 +94,20 @@ def lone_changes(hand: Round, nominal: Mapping[str, float]) -> list[tuple[float,
         Parameters only.
     nominal : mapping of str to float
         Nominal values by field of the plant.
+    leeway : float
+        Doubt in the others, as a share of the usual.
     """
     found = []
     base = _with(hand, nominal)
     for name, value in nominal.items():
-        rest = [_pinned(k, nominal) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
-        alone = Knob(-1, name, 0.03 * value, 0.2 * value, 5.0 * value)
-        fitted = levenberg(hand.misfit, base, [alone, *rest], 12)
+        rest = [_held(k, nominal, leeway) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
+        alone = Knob(-1, name, 0.03 * value, 0.2 * value, 5.0 * value, prior=value)
+        fitted = balanced(hand.misfit, levenberg(hand.misfit, base, [alone, *rest], 12))
         sd = float(np.sqrt(spread_of(fitted, hand.stand.blocks())[0, 0])) / value
         ratio = float(fitted.values[0] / value)
         shift = Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd, TOLERANCE * DOUBT)
-        found.append((_cost_beside(hand, fitted), shift))
-    return sorted(found, key=lambda pair: pair[0])
+        found.append(Lone(shift, fitted, _cost_beside(hand, fitted) - fitted.belief))
+    return sorted(found, key=lambda lone: lone.cost)
 
 
 def _with(hand: Round, nominal: Mapping[str, float]) -> JointModel:
@@ -106,8 +121,8 @@ def _cost_beside(hand: Round, fitted: Fitted) -> float:
     return 0.5 * float(fitted.residual @ fitted.residual - hand.fitted.residual @ hand.fitted.residual)
 
 
-def _pinned(knob: Knob, nominal: Mapping[str, float]) -> Knob:
-    """Give the knob held at its nominal value, if it has one to keep."""
+def _held(knob: Knob, nominal: Mapping[str, float], leeway: float) -> Knob:
+    """Give the knob held at its nominal value but for the leeway, if it has one to keep."""
     if knob.place != -1 or knob.name not in nominal:
         return knob
-    return replace(knob, doubt=1e-3 * knob.doubt)
+    return replace(knob, doubt=leeway * knob.doubt)

@@ -75,8 +75,8 @@ def is_noise(
 
 def _told(case: Case) -> Reconciliation:
     """Draw the verdict and lay out the answer."""
+    case, lone, moved = parameters_of(case)
     stand = case.stand
-    lone, moved = parameters_of(case)
     entries = [*law_entries(case), *term_entries(case), *shift_entries(lone)]
     left = left_of(case)
     verdict = verdict_of(case, entries, left)
