@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from joints import MODEL, ramping, without_speed
+from rigid import JOINT
 
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
@@ -71,6 +72,22 @@ def test_a_sensors_scale_is_no_gain_of_the_law(name: str, ratio: float) -> None:
     assert first["term"] == name
     assert first["parameters"]["ratio"]["value"] == pytest.approx(ratio, abs=1e-3)
     assert not any(entry["term"].startswith("controller_") for entry in answer.omitted_physics)
+
+
+@pytest.mark.parametrize(("term", "ratio"), [("position_gain", 1.1), ("controller_derivative", 0.91)])
+def test_how_much_the_joint_weighs_tells_a_scale_of_the_positions_from_a_gain_of_the_law(
+    term: str, ratio: float
+) -> None:
+    """Where no speed is asked for, both show as too little of it."""
+    law = JOINT.controller
+    assert law is not None
+    asks = replace(JOINT, controller=replace(law, rate_feedforward=0.0))
+    slack = replace(asks, controller=replace(asks.controller, derivative=ratio * law.derivative))  # type: ignore[type-var]
+    true = slack if term == "controller_derivative" else replace(asks, physics=(TermUse(term, {"ratio": ratio}),))
+    answer = reconcile([unseen(true)], asks)
+    assert answer.omitted_physics[0]["term"] == term
+    assert answer.omitted_physics[0]["parameters"]["ratio"]["value"] == pytest.approx(ratio, rel=2e-3)
+    assert {"controller_derivative", "position_gain"} <= set(answer.indistinguishable[0])
 
 
 @pytest.mark.parametrize("ratio", [1.004, 0.88])

@@ -27,6 +27,8 @@ ALIKE = 0.98
 """Share of what the best term gains from which what is wrong of the law could be it as well, and comes first."""
 WORTH = 0.2
 """Share of what regression promises the best term that a suspicion must promise to be tried."""
+RARER = float(np.log(0.3))
+"""Prior odds that the scale of a sensor is off, against a gain of the law."""
 MOST, FINER = 2, 3
 """Numbers of the law that may be wrong at once, and how often each is made more exact."""
 
@@ -97,8 +99,21 @@ def better_ones(
         gain = likelier_law(finding, other.first, found.first)
         if is_better(gain, other.first, found.first, rival):
             yield gain, other
+            for twin in (opened((*found.beyond, scale)) for scale in scales_like(finding, other)):
+                yield gain + RARER + twin.first.fitted.belief - other.first.fitted.belief, twin
             if leaves_nothing(other.first, effort_floor(other.first.stand)):
                 return  # nothing is left to explain
+
+
+def scales_like(finding: LawFinding, found: Opened) -> Iterator[LawFinding]:
+    """Give the scale of the positions that looks like a gain of the speed, where none is seen nor asked for.
+
+    All that parts them is what is believed of the joint: its inertia, too, seems to be off by that scale.
+    """
+    law = found.model.controller
+    if finding.term == "controller_derivative" and law is not None and law.rate_feedforward == 0:
+        ratio = np.prod([f.values["ratio"] for f in found.beyond if f.term == finding.term])
+        yield replace(finding, term="position_gain", values={"ratio": float(1 / ratio)})
 
 
 def fitted_gains(settled: Settled, first: Round) -> Settled:
