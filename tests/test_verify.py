@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints import without_speed
 from rigid import JOINT
 
 from gsfdi.reconcile import reconcile
@@ -36,3 +37,15 @@ def test_the_noise_floor_is_what_a_sound_joint_leaves_that_its_own_noise_moves()
     after, floor = answer.fit["after"], answer.fit["noise_floor"]
     assert after == pytest.approx(floor, rel=0.2)
     assert floor["position_rad"] > 2.0 * JOINT.sensors.position_noise
+
+
+@pytest.mark.parametrize("sees_speed", [True, False])
+def test_a_sound_joint_without_a_controller_leaves_no_more_than_the_noise_of_its_effort(sees_speed: bool) -> None:
+    record = simulate_record(JOINT, seed=3, duration=120.0)
+    seen = record if sees_speed else without_speed(record)
+    blind = replace(JOINT, controller=None)
+    heavy = replace(blind, plant=replace(JOINT.plant, output_inertia=1.5 * JOINT.plant.output_inertia))
+    answer = reconcile([seen], heavy)
+    assert answer.fit["after"] == pytest.approx(answer.fit["noise_floor"], rel=0.3)
+    assert answer.fit["before"]["position_rad"] > 2.0 * answer.fit["after"]["position_rad"]
+    assert answer.fit["noise_floor"]["position_rad"] > JOINT.sensors.position_noise

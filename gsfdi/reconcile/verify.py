@@ -11,12 +11,12 @@ from gsfdi.errors import UnusableInputError
 from gsfdi.model import JointModel
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.sensing import effort_noise
+from gsfdi.reconcile.shooting import imitated, shots
 from gsfdi.simulate import Trace, replay, simulate_record
 from gsfdi.types import Array
 
 CLEARLY = 0.1
 """Power of a misfit beyond noise, over that of the noise, from which it shows in a column."""
-SHOT = 2.0  # [s] between restarts where there is no controller to close the loop
 STRAYS = 1.5
 """Times the misfit without it at which a term leads a simulation astray: a limit cycle out of step makes 1.4 of it."""
 SILENCED, SILENCERS = 1.05, ("torque_constant", "output_inertia", "motor_inertia")
@@ -27,15 +27,13 @@ RUNS_AWAY = 20.0
 
 
 def free_run(stand: Bench, model: JointModel) -> list[Trace]:
-    """Simulate every stretch: closed loop by the model's controller, or restarted every `SHOT` where it has none."""
+    """Simulate every stretch: closed loop by the model's controller, or in shots where it has none."""
     found = []
     for record, drive in zip(stand.records, stand.drives, strict=True):
         if model.controller is not None and "setpoint" in record:
             found.append(replay(model, drive, "closed_loop"))
             continue
-        watched = replay(model, drive, "predict", gain=stand.gain)
-        rows = np.arange(0, len(record.t), max(2, round(SHOT / stand.scales.period)))[1:]
-        found.append(replay(model, drive, "open_loop", restarts=rows.tolist(), states=watched.state[rows]))
+        found.append(shots(stand, model, record, drive))
     return found
 
 
@@ -98,17 +96,19 @@ def left_over(stand: Bench, before: JointModel, after: JointModel) -> float:
 
 
 def felt_noise(stand: Bench, model: JointModel, columns: Sequence[str]) -> Mapping[str, float]:
-    """What noise leaves of a simulation: no less than `noise_floor`, and in a closed loop what it moves the joint by.
+    """What noise leaves of a simulation: no less than `noise_floor`, and what it moves the joint by.
 
     Under feedback a joint moves with its sensors' noise, which no simulation without it can follow: of fault-free
-    joints the position was up to 16 times as far off as its sensor's noise.
+    joints the position was up to 16 times as far off as its sensor's noise. A simulation under the recorded effort
+    moves with the noise of that.
     """
     own = noise_floor(stand, columns)
     try:
         shown = tuple(simulate_record(model, replay=record, seed=SEED) for record in stand.records)
+        noisy = replace(stand, records=shown)
     except UnusableInputError:  # no controller, or no setpoint
-        return own
-    moved = misfit(replace(stand, records=shown), model)
+        noisy = imitated(stand, model, SEED)
+    moved = misfit(noisy, model)
     return {name: max(value, moved.get(name, 0.0)) for name, value in own.items()}
 
 
