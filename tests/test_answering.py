@@ -7,8 +7,10 @@ import pytest
 from rigid import JOINT
 
 from gsfdi.reconcile import reconcile
-from gsfdi.reconcile.answering import answered, is_white
+from gsfdi.reconcile.answering import FADED, answered, is_white, likeliest_lag
 from gsfdi.reconcile.clean import learn_law
+from gsfdi.reconcile.contract import settle_contract
+from gsfdi.reconcile.sheet import unit_sheets
 from gsfdi.simulate import simulate_record
 from gsfdi.types import Array, JointRecord
 
@@ -40,9 +42,20 @@ def test_the_effort_of_a_cascade_is_told_far_better_than_its_sensor_does(smoothi
     record, acted = cascade(smoothing)
     found = answered([record], UNKNOWN)
     assert found is not None
-    off = float(np.std(found.records[0]["drive_torque"] - acted))
-    assert off < 0.1 * NOISE
-    assert off < found.noise < 0.3 * NOISE
+    off = float(np.std((found.records[0]["drive_torque"] - acted)[FADED:]))
+    assert found.needed <= 6
+    assert off < 2.0 * NOISE * (found.needed / len(record.t)) ** 0.5
+    assert off < found.noise < 0.15 * NOISE
+
+
+def test_of_two_laws_that_leave_as_much_the_one_of_fewer_parts_is_learnt_and_its_doubt_is_remembered() -> None:
+    record, _ = cascade(3.5)
+    found, stand = answered([record], UNKNOWN), settle_contract([record], UNKNOWN, ()).stand
+    assert found is not None
+    assert stand.learnt == pytest.approx(found.noise / stand.scales.effort, rel=0.3)
+    sheets = unit_sheets([record], UNKNOWN)
+    assert sheets is not None
+    assert likeliest_lag(sheets[1]) == pytest.approx(3.5, abs=0.5)
 
 
 def test_a_filtered_law_is_no_pid_law_and_a_fault_free_joint_lacks_nothing() -> None:

@@ -27,13 +27,15 @@ class Driving(NamedTuple):
     """Records with the effort that drives the model, and the model with what is known of its noise.
 
     `records` are None where they stay as they are. `level` doubts the constant of a recomputed effort [N m], whose
-    terms are then the model's last; `lever` is that of a told speed (see `gsfdi.reconcile.bench.Bench`).
+    terms are then the model's last; `lever` is that of a told speed, and `learnt` what a learnt law may be off by (see
+    `gsfdi.reconcile.bench.Bench`).
     """
 
     records: Sequence[JointRecord] | None
     model: JointModel
     level: float = 0.0
     lever: float = 0.0
+    learnt: float = 0.0
 
 
 def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bool) -> Driving:
@@ -67,7 +69,7 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
     if exact is not None:
         silent = replace(model.sensors, effort_noise=noise, effort_resolution=0.0)
         leveled = replace(model, sensors=silent, physics=(*model.physics, *levels(stand)))
-        return Driving(exact, leveled, level=level_doubt(stand))
+        return Driving(exact, leveled, level=level_doubt(stand), learnt=noise / stand.scales.effort)
     if law is not None:
         return Driving(None, model)
     if stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:

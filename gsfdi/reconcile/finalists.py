@@ -155,8 +155,8 @@ def matters(hand: Round, entry: Entry) -> bool:
         return True
     model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
     alone = torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0]
-    least = NET + left_by_shift(entry.fitted, hand.stand.scales.period)
-    return bool(alone > MATERIAL) and size_of(hand, entry.fitted) > least
+    least = NET + left_by_shift(entry.fitted, hand.stand.scales.period) + hand.stand.learnt
+    return bool(alone > MATERIAL + hand.stand.learnt) and size_of(hand, entry.fitted) > least
 
 
 def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
