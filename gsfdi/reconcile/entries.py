@@ -27,8 +27,6 @@ APART = 3.0
 """Log-likelihood by which one parameter moved alone must beat another to be told from it."""
 SOLE = 12.0
 """Log-likelihood that moving one parameter alone may fall short of moving all."""
-SLIGHT = 0.002
-"""Share of what all parameters gain by which two simulators may differ in how they take their steps."""
 
 
 def law_entries(case: Case) -> list[dict[str, Any]]:
@@ -123,10 +121,10 @@ def parameters_of(case: Case) -> tuple[Case, list[Shift], list[Shift]]:
     news = [s for s in moved if s.is_news]
     for leeway in (PINNED, SNUG) if news else (PINNED,):
         alone = lone_changes(case.first, nominal, leeway)
-        lone, slight = alone[0], SLIGHT * gain
-        shift, needed = lone.shift, 0.003 if leeway == PINNED else lone.shift.tolerance
-        if lone.cost < max(SOLE, slight) and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > needed:
-            near = [other.shift.term for other in alone[1:] if other.cost < lone.cost + max(APART, slight)]
+        lone, shift = alone[0], alone[0].shift
+        needed = 0.003 if leeway == PINNED else shift.tolerance
+        if lone.cost < SOLE and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > needed:
+            near = [other.shift.term for other in alone[1:] if other.cost < lone.cost + APART]
             shift = replace(shift, alike=(*near, *likes_of(shift.term, case)))
             return replace(case, hand=around(case.first, lone.fitted)), [shift], [shift]
     return case, news, moved
