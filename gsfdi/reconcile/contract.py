@@ -112,7 +112,8 @@ def settle_contract(
     driving = driven_by(stand, new, law, telling)
     if driving.records is not None or driving.model is not model:
         measured = bench(driving.records or records, driving.model, driving.lever)
-        stand = replace(measured, count=stand.count, learnt=driving.learnt)  # stretches are no recordings
+        stand = replace(measured, count=stand.count)  # stretches are no recordings
+    stand = replace(stand, learnt=driving.learnt)
     shown = tuple(f for f in (backwards, coarse) if f is not None)
     return Settled(stand, logged, driving.model, law, shown, driving.level)
 

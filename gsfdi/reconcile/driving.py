@@ -8,7 +8,7 @@ import numpy as np
 
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.answering import answered, is_closer
-from gsfdi.reconcile.bench import Bench
+from gsfdi.reconcile.bench import Bench, moves
 from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.hush import hushed
 from gsfdi.reconcile.law import EXACT, LawCheck
@@ -21,6 +21,11 @@ from gsfdi.types import JointRecord
 
 HALF = 0.5**0.5
 """Share of an effort's hiss that is taken for its own sensor's, where nobody knows how noisy that is."""
+UNLED = 2.0
+"""Times the hiss of an effort that a term's torque must exceed where nobody knows what was asked of the joint.
+
+Its noise goes round the loop then, and nothing tells it from motion.
+"""
 
 
 class Driving(NamedTuple):
@@ -72,9 +77,10 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         return Driving(exact, leveled, level=level_doubt(stand), learnt=noise / stand.scales.effort)
     if law is not None:
         return Driving(None, model)
+    doubt = 0.0 if any(moves(r, "setpoint") for r in stand.records) else UNLED * hiss_of(stand) / stand.scales.effort
     if stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:
-        return Driving(quiet.records, quiet.model)
-    return Driving(None, with_effort_noise(model, None, stand))
+        return Driving(quiet.records, quiet.model, learnt=doubt)
+    return Driving(None, with_effort_noise(model, None, stand), learnt=doubt)
 
 
 def heard_by(stand: Bench, model: JointModel, law: LawCheck) -> Told | None:
@@ -115,12 +121,17 @@ def with_effort_noise(model: JointModel, law: LawCheck | None, stand: Bench) -> 
     if law is not None and stand.sees_speed:
         noise = max(noise, law.noise) if law.after < EXACT * law.noise else noise or law.noise
     else:
-        seen = seen_noise([(r.t, r[r.effort]) for r in stand.records], order=9)
+        seen = hiss_of(stand)
         known = float(np.hypot(noise, reaction(model)))
         noise = HALF * seen if noise == 0 else noise * seen / known if seen > FAR * known else noise
     if noise == effort_noise(model):
         return model
     return replace(model, sensors=replace(model.sensors, effort_noise=noise, effort_resolution=0.0))
+
+
+def hiss_of(stand: Bench) -> float:
+    """Noise of the recorded effort: its sensor's, and what the loop makes of those of others."""
+    return seen_noise([(r.t, r[r.effort]) for r in stand.records], order=9)
 
 
 def reaction(model: JointModel) -> float:
