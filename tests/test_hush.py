@@ -54,8 +54,8 @@ def test_nothing_is_told_of_an_effort_whose_noise_is_unknown_or_that_answers_som
 
 def test_a_torque_must_be_more_than_the_noise_that_goes_round_a_loop_that_nobody_knows() -> None:
     unled = settle_contract([bare(1)], UNKNOWN, ()).stand
-    assert 2.0 * UNKNOWN.sensors.effort_noise < unled.learnt * unled.scales.effort < 0.01
-    assert settle_contract([swinging(0.1, 0.5, MODEL, 1)], MODEL, ()).stand.learnt == 0.0
+    assert 2.0 * UNKNOWN.sensors.effort_noise < unled.looped * unled.scales.effort < 0.01
+    assert settle_contract([swinging(0.1, 0.5, MODEL, 1)], MODEL, ()).stand.looped == 0.0
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -90,7 +90,9 @@ class Bench:
     lever: float = 0.0
     """Speed per unit of effort, where the speed was told by the effort (see `told`)."""
     learnt: float = 0.0
-    """Share of the effort by which it may be off where an unknown law was learnt for it, or no setpoint leads it."""
+    """Share of the effort by which it may be off where an unknown law was learnt for it (see `answering`)."""
+    looped: float = 0.0
+    """Share of the effort that is noise going round a loop of which neither law nor setpoint is known."""
 
     def innovations(self, models: Sequence[JointModel]) -> list[Array]:
         """Innovations ``(m, n, 2)`` of each model, by record; NaN where a channel is missing."""

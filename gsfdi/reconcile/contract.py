@@ -113,7 +113,7 @@ def settle_contract(
     if driving.records is not None or driving.model is not model:
         measured = bench(driving.records or records, driving.model, driving.lever)
         stand = replace(measured, count=stand.count)  # stretches are no recordings
-    stand = replace(stand, learnt=driving.learnt)
+    stand = replace(stand, learnt=driving.learnt, looped=driving.looped)
     shown = tuple(f for f in (backwards, coarse) if f is not None)
     return Settled(stand, logged, driving.model, law, shown, driving.level)
 

@@ -21,19 +21,15 @@ from gsfdi.types import JointRecord
 
 HALF = 0.5**0.5
 """Share of an effort's hiss that is taken for its own sensor's, where nobody knows how noisy that is."""
-UNLED = 2.0
-"""Times the hiss of an effort that a term's torque must exceed where nobody knows what was asked of the joint.
-
-Its noise goes round the loop then, and nothing tells it from motion.
-"""
+LOOPED = 2.0
+"""Times the hiss of an effort that goes round the loop, where nothing tells it from what was asked of the joint."""
 
 
 class Driving(NamedTuple):
     """Records with the effort that drives the model, and the model with what is known of its noise.
 
     `records` are None where they stay as they are. `level` doubts the constant of a recomputed effort [N m], whose
-    terms are then the model's last; `lever` is that of a told speed, and `learnt` what a learnt law may be off by (see
-    `gsfdi.reconcile.bench.Bench`).
+    terms are then the model's last; for `lever`, `learnt` and `looped` see `gsfdi.reconcile.bench.Bench`.
     """
 
     records: Sequence[JointRecord] | None
@@ -41,6 +37,7 @@ class Driving(NamedTuple):
     level: float = 0.0
     lever: float = 0.0
     learnt: float = 0.0
+    looped: float = 0.0
 
 
 def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bool) -> Driving:
@@ -77,10 +74,11 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         return Driving(exact, leveled, level=level_doubt(stand), learnt=noise / stand.scales.effort)
     if law is not None:
         return Driving(None, model)
-    doubt = 0.0 if any(moves(r, "setpoint") for r in stand.records) else UNLED * hiss_of(stand) / stand.scales.effort
+    led = any(moves(record, "setpoint") for record in stand.records)
+    noise = 0.0 if led else LOOPED * hiss_of(stand) / stand.scales.effort
     if stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:
-        return Driving(quiet.records, quiet.model, learnt=doubt)
-    return Driving(None, with_effort_noise(model, None, stand), learnt=doubt)
+        return Driving(quiet.records, quiet.model, looped=noise)
+    return Driving(None, with_effort_noise(model, None, stand), looped=noise)
 
 
 def heard_by(stand: Bench, model: JointModel, law: LawCheck) -> Told | None:

@@ -37,6 +37,11 @@ UNPROMISED = 2.0
 """How many times what the regression promised a faint finalist may gain."""
 SLIP, SEEN = 10.0, 2.0
 """Times the noise of the position by which a joint may slip without that being seen, and where its speed is logged."""
+LINEAR = {
+    *("output_inertia_change", "motor_inertia_change", "stiffness_change", "torque_constant_change"),
+    *("viscous_friction", "gearbox_damping", "gearbox_hysteresis", "structural_mode", "actuation_delay"),
+}
+"""What makes another linear joint, or nearly one: noise that goes round a loop looks like it."""
 ENDS = {
     ("gearbox_hysteresis", "width_rad"): "high",
     ("presliding_friction", "stiffness_nm_rad"): "low",
@@ -155,8 +160,9 @@ def matters(hand: Round, entry: Entry) -> bool:
         return True
     model = entry.fitted.model  # the term by itself: beside it, numbers of the plant may have moved by much more
     alone = torque_between(hand.stand, replace(model, physics=model.physics[:-1]), model)[0]
-    least = NET + left_by_shift(entry.fitted, hand.stand.scales.period) + hand.stand.learnt
-    return bool(alone > MATERIAL + hand.stand.learnt) and size_of(hand, entry.fitted) > least
+    doubt = hand.stand.learnt + (hand.stand.looped if entry.offer.term in LINEAR else 0.0)
+    least = NET + left_by_shift(entry.fitted, hand.stand.scales.period) + doubt
+    return bool(alone > MATERIAL + doubt) and size_of(hand, entry.fitted) > least
 
 
 def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
