@@ -72,6 +72,11 @@ def test_an_effort_that_answers_something_else_is_left_alone() -> None:
     assert answered([replace(record, channels=silent, valid={})], UNKNOWN) is None
 
 
+@pytest.mark.parametrize("seconds", [0.8, 1.5])
+def test_no_law_is_learnt_from_less_than_its_parts_need(seconds: float) -> None:
+    assert answered([cascade(2.0, seconds=seconds)[0]], UNKNOWN) is None
+
+
 def test_white_noise_averages_out_and_smoothed_noise_does_not() -> None:
     noise = np.random.default_rng(0).standard_normal((3, 2000))
     assert is_white(list(noise))

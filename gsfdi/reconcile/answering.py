@@ -30,6 +30,8 @@ FADED = 80
 """Samples after which little is left of what a filter began with, which nobody knows."""
 MAIN = 5
 """Parts that any law has: error, its integral and that of the speed's, speed and setpoint's rate."""
+PLENTY = 20
+"""Samples for every part that is needed, from which a law can be learnt."""
 DOUBT = 4.0
 """Standard deviations by which an answer is doubted at every sample: its errors last as long as the motion does."""
 FEW, WHITE, SURE = (16, 64), 1.2, 3.0
@@ -63,8 +65,8 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
     tried = [unanswered(*all_laid_out(sheets, lags)) for lags in (LAGS, (likeliest_lag(sheets),))]
     left, needed = min(tried, key=lambda found: unlikelihood(*found))
     parts = np.split(left, np.cumsum([len(sheet.t) for sheet in sheets])[:-1])
-    noise, count = effort_noise(model) or hiss(parts), max(int(np.count_nonzero(left)), 1)
-    if np.sqrt(float(left @ left) / count) > EXACT * noise or not is_white(parts):
+    noise, count = effort_noise(model) or hiss(parts), int(np.count_nonzero(left))
+    if count < PLENTY * needed or np.sqrt(float(left @ left) / count) > EXACT * noise or not is_white(parts):
         return None
     found = []
     for record, sheet, part in zip(records, sheets, parts, strict=True):
@@ -93,7 +95,7 @@ def likeliest_lag(sheets: Sequence[Sheet]) -> float:
 
     def left(log: float) -> float:
         columns, asked = all_laid_out(sheets, (float(np.exp(log)),))
-        return float(np.log(np.sum((asked - columns @ np.linalg.lstsq(columns, asked, rcond=1e-9)[0]) ** 2)))
+        return float(np.sum((asked - columns @ np.linalg.lstsq(columns, asked, rcond=1e-9)[0]) ** 2))
 
     best, step = 0.5 * float(np.log(LAGS[0] * LAGS[-1])), 2.0
     for _ in range(FINER):
@@ -143,6 +145,8 @@ def _laid_out(sheet: Sheet, lags: Sequence[float]) -> tuple[Array, Array]:
             parts.append(lfilter([share], [1.0, share - 1.0], signal - signal[0]))
     columns, asked, held = np.column_stack(parts), sheet.effort - sheet.parts["feedforward"], ~sheet.unheld
     held[:FADED] = False
+    if not held.any():
+        return np.zeros_like(columns), np.zeros_like(asked)
     # a law's integral begins with a constant of its own
     columns, asked = columns - columns[held].mean(axis=0), asked - asked[held].mean()
     return np.where(held[:, None], columns, 0.0), np.where(held, asked, 0.0)

@@ -22,7 +22,7 @@ SHOT = 2.0
 TURNS = 3
 """Times that beginnings are put right: dry friction makes what comes of them other than linear."""
 STEP = 1e-3
-"""Change of a beginning by which its slopes are found, as a share of what is usual of the motion."""
+"""Change of a beginning by which its slopes are found, as a share of what is usual of the motion, the most it moves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,8 @@ class Range:
         for shot, part in enumerate(np.split(np.arange(len(missed)), self.rows[1:])):
             J = slopes[part].reshape(-1, len(sizes))
             if np.isfinite(J).all() and np.isfinite(missed[part]).all():
-                found[shot, : len(sizes)] += sizes * np.linalg.lstsq(J, missed[part].ravel(), rcond=None)[0]
+                off = np.linalg.lstsq(J, missed[part].ravel(), rcond=None)[0]
+                found[shot, : len(sizes)] += sizes * np.clip(off, -1 / STEP, 1 / STEP)
         return found
 
 
@@ -75,11 +76,12 @@ def shots(stand: Bench, model: JointModel, record: JointRecord, drive: Drive) ->
     rows = np.arange(0, len(record.t), max(2, round(SHOT / stand.scales.period)), dtype=np.int64)
     field = Range(stand, model, record, drive, rows)
     states = replay(model, drive, "predict", gain=stand.gain).state[rows]
-    for _ in range(TURNS):
-        missed = field.missed(field.fired(states[None])[0])
-        trial = field.nearer(states, missed)
-        better = field.squares(field.missed(field.fired(trial[None])[0])) < field.squares(missed)
-        states = np.where(better[:, None], trial, states)
+    with np.errstate(over="ignore", invalid="ignore"):  # a model may run away
+        for _ in range(TURNS):
+            missed = field.missed(field.fired(states[None])[0])
+            trial = field.nearer(states, missed)
+            better = field.squares(field.missed(field.fired(trial[None])[0])) < field.squares(missed)
+            states = np.where(better[:, None], trial, states)
     return field.fired(states[None])[0]
 
 
