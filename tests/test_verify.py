@@ -1,6 +1,7 @@
 """Held-out figures are those of the recordings as they came, on a part that nothing was fitted to."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ from joints import without_speed
 from rigid import JOINT
 
 from gsfdi.reconcile import reconcile
-from gsfdi.reconcile.bench import HOLD_OUT
+from gsfdi.reconcile.bench import HOLD_OUT, bench
+from gsfdi.reconcile.verdict import follows
 from gsfdi.simulate import simulate_record
 
 
@@ -49,3 +51,10 @@ def test_a_sound_joint_without_a_controller_leaves_no_more_than_the_noise_of_its
     assert answer.fit["after"] == pytest.approx(answer.fit["noise_floor"], rel=0.3)
     assert answer.fit["before"]["position_rad"] > 2.0 * answer.fit["after"]["position_rad"]
     assert answer.fit["noise_floor"]["position_rad"] > JOINT.sensors.position_noise
+
+
+def test_a_model_follows_what_it_is_of_and_nothing_else() -> None:
+    stand = bench([simulate_record(JOINT, seed=4, duration=30.0)], JOINT)
+    heavy = replace(JOINT, plant=replace(JOINT.plant, output_inertia=6.0 * JOINT.plant.output_inertia))
+    assert follows(SimpleNamespace(logged=stand, updated=JOINT))  # type: ignore[arg-type]
+    assert not follows(SimpleNamespace(logged=stand, updated=heavy))  # type: ignore[arg-type]

@@ -19,7 +19,7 @@ from gsfdi.reconcile.parameters import TERM_OF
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.ticks import left_by_shift
 from gsfdi.reconcile.twin import left_by_twin
-from gsfdi.reconcile.verify import left_over, strays
+from gsfdi.reconcile.verify import felt_noise, left_over, misfit, strays
 
 REMAINS = 0.12
 """Share of the missing torque (root mean square) that may remain when a mismatch is called explained."""
@@ -33,6 +33,8 @@ AS_MUCH = 2.0
 """What may remain, over what a simulated twin leaves, before a mismatch is seen in it."""
 AS_GOOD = 1.3
 """The same before a model with what was found in it is taken to lack more."""
+FOLLOWS = 1.3
+"""Times what noise leaves of a simulation that it may be off by where nothing is missing any more."""
 SAME = 0.02
 """Share by which the numbers of two laws may differ that are pieces of one."""
 SERIES = 3
@@ -74,13 +76,21 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
         # one thing after another sets in within one recording
         return "partly_explained"
     physics = any(not is_sensor(name.use.term) for name in case.found)
-    if left <= REMAINS or near_noise or not (physics or material):  # an error of what is seen is no missing torque
+    # an error of what is seen is no missing torque
+    if left <= REMAINS or (near_noise and follows(case)) or not (physics or material):
         return "explained"
     if remains <= AS_GOOD * left_by_twin(case.stand, case.updated):
         return "explained"
     if left >= PARTLY and left_over(case.logged, case.refitted, case.updated) >= PARTLY:
         return "unexplained"
     return "partly_explained"
+
+
+def follows(case: Case) -> bool:
+    """Whether the updated model follows what is held out to within its noise, as a torque near the noise need not."""
+    after = misfit(case.logged, case.updated)
+    floor = felt_noise(case.logged, case.updated, list(after))
+    return all(value <= FOLLOWS * floor[name] for name, value in after.items())
 
 
 def is_series(case: Case) -> bool:
