@@ -145,7 +145,8 @@ def matters(hand: Round, entry: Entry) -> bool:
     """Whether a fitted term is large enough for a name: a torque must be, an error of what is seen need only be sure.
 
     An error of the current is as good as a torque; a step of the position that noise hides, as good as a slip. A drift
-    must come to more than what simulating leaves in the number that drifts.
+    must come to more than what simulating leaves in the number that drifts. And a torque must be more than the effort
+    may be off by where an unknown law was learnt for it, or its noise goes round a loop that nobody knows.
     """
     if entry.fitted is None:
         return False
