@@ -90,6 +90,15 @@ def test_how_much_the_joint_weighs_tells_a_scale_of_the_positions_from_a_gain_of
     assert {"controller_derivative", "position_gain"} <= set(answer.indistinguishable[0])
 
 
+def test_a_scale_that_must_not_be_found_is_not_found_in_the_place_of_a_gain() -> None:
+    law = JOINT.controller
+    assert law is not None
+    asks = replace(JOINT, controller=replace(law, rate_feedforward=0.0))
+    record = unseen(replace(asks, physics=(TermUse("position_gain", {"ratio": 1.1}),)))
+    answer = reconcile([record], asks, without=["position_gain"])
+    assert "position_gain" not in {entry["term"] for entry in answer.omitted_physics}
+
+
 @pytest.mark.parametrize("ratio", [1.004, 0.88])
 def test_a_scale_of_the_current_is_no_age_of_the_speed_although_both_act_as_acceleration_does(ratio: float) -> None:
     record = simulate_record(replace(MODEL, physics=(TermUse("current_gain", {"ratio": ratio}),)), seed=3)

@@ -99,21 +99,23 @@ def better_ones(
         gain = likelier_law(finding, other.first, found.first)
         if is_better(gain, other.first, found.first, rival):
             yield gain, other
-            for twin in (opened((*found.beyond, scale)) for scale in scales_like(finding, other)):
+            if "position_gain" not in without and (scale := scale_like(finding, other)) is not None:
+                twin = opened((*found.beyond, scale))
                 yield gain + RARER + twin.first.fitted.belief - other.first.fitted.belief, twin
             if leaves_nothing(other.first, effort_floor(other.first.stand)):
                 return  # nothing is left to explain
 
 
-def scales_like(finding: LawFinding, found: Opened) -> Iterator[LawFinding]:
+def scale_like(finding: LawFinding, found: Opened) -> LawFinding | None:
     """Give the scale of the positions that looks like a gain of the speed, where none is seen nor asked for.
 
     All that parts them is what is believed of the joint: its inertia, too, seems to be off by that scale.
     """
     law = found.model.controller
-    if finding.term == "controller_derivative" and law is not None and law.rate_feedforward == 0:
-        ratio = np.prod([f.values["ratio"] for f in found.beyond if f.term == finding.term])
-        yield replace(finding, term="position_gain", values={"ratio": float(1 / ratio)})
+    if finding.term != "controller_derivative" or law is None or law.rate_feedforward != 0:
+        return None
+    ratio = np.prod([f.values["ratio"] for f in found.beyond if f.term == finding.term])
+    return replace(finding, term="position_gain", values={"ratio": float(1 / ratio)})
 
 
 def fitted_gains(settled: Settled, first: Round) -> Settled:

@@ -43,9 +43,9 @@ class Range:
 
     def missed(self, trace: Trace) -> Array:
         """Differences ``(n, 2)`` of position and speed, over their sensors' noise; 0 where nothing was measured."""
-        ratio = 1.0 if self.model.structure == "flexible" else self.model.plant.gear_ratio
-        seen = self.record["position"], measured_velocity(self.record, self.model)
-        said, off = (trace.position, trace.motor_velocity / ratio), np.zeros((len(trace.t), 2))
+        speed = trace.motor_velocity if self.model.structure == "flexible" else trace.joint_velocity
+        seen, said = (self.record["position"], measured_velocity(self.record, self.model)), (trace.position, speed)
+        off = np.zeros((len(trace.t), 2))
         for row, variance in zip(self.stand.system.rows, self.stand.system.R, strict=True):
             off[:, row] = (seen[row] - said[row]) / np.sqrt(variance)
         return np.where(np.isfinite(np.column_stack(seen)), off, 0.0)
@@ -81,6 +81,8 @@ def shots(stand: Bench, model: JointModel, record: JointRecord, drive: Drive) ->
             missed = field.missed(field.fired(states[None])[0])
             trial = field.nearer(states, missed)
             better = field.squares(field.missed(field.fired(trial[None])[0])) < field.squares(missed)
+            if not better.any():
+                break
             states = np.where(better[:, None], trial, states)
     return field.fired(states[None])[0]
 
