@@ -9,7 +9,7 @@ from gsfdi.fit import Fitted, Knob, Misfit, Started, slopes
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.noise import process_noise, surprise
+from gsfdi.reconcile.noise import by_side, process_noise, surprise
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 from gsfdi.types import Array
@@ -140,11 +140,12 @@ def refined(first: Turn, floor: Array) -> Round:
 def _turn(
     stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array, about: Array | None
 ) -> Turn:
-    """Fit under noise `near` and estimate it anew, `about` a known one or anywhere."""
+    """Fit under noise `near` and estimate it anew, from `about` on or from anywhere."""
     stand = stand.rebased(near, model)
     fitted = fit_knobs(misfit_under(stand, stand.whiteners(near)), model, knobs, 5, tolerance=ROUGHLY)
     innovations = [e[0] for e in stand.innovations([fitted.model])]
-    return Turn(stand, fitted, innovations, process_noise(stand, innovations, floor, about))
+    about = process_noise(stand, innovations, floor) if about is None else about
+    return Turn(stand, fitted, innovations, by_side(stand, innovations, floor, about))
 
 
 def leaves_nothing(hand: Round, floor: Array) -> bool:

@@ -8,12 +8,14 @@ from gsfdi.reconcile.bench import Bench, drive_gain
 from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.types import Array
 
+PASSES = 6
+"""Times that the noise of one side is looked for beside that of the other: a pass costs no replay, a turn many."""
 TRIFLE = 2e-4
 """Share of the drive's torque that no simulator gets right: sampling, holding, and how a contact is written."""
 
 
-def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array, near: Array | None = None) -> Array:
-    """Torque noise [N m] under which `innovations` are most likely, and no less than `floor`.
+def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array) -> Array:
+    """Torque noise [N m], both sides alike, under which `innovations` are most likely, and no less than `floor`.
 
     Parameters
     ----------
@@ -23,21 +25,34 @@ def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array, near
         Of the model in hand, by record, under the base gain.
     floor : (k,) array
         What is known to be there: noise of the recorded effort.
-    near : (k,) array, optional
-        Where to look, each side by itself; without it, both sides alike and over all sizes.
     """
 
     def at(trial: Array) -> float:
         return surprise(stand, innovations, np.maximum(floor, trial))
 
-    if near is None:
-        size = min((stand.scales.torque * f * np.ones(len(floor)) for f in 10.0 ** np.arange(-4, 0.6, 0.5)), key=at)
-        size = min((size * f for f in 10.0 ** np.arange(-0.25, 0.3, 0.25)), key=at)
-        return np.asarray(np.maximum(floor, size))
-    size = np.maximum(near, floor)
-    for side in range(len(floor)):
-        size = downhill(at, size, 10.0 ** (0.25 * np.eye(len(floor))[side]))
+    size = min((stand.scales.torque * f * np.ones(len(floor)) for f in 10.0 ** np.arange(-4, 0.6, 0.5)), key=at)
+    size = min((size * f for f in 10.0 ** np.arange(-0.25, 0.3, 0.25)), key=at)
     return np.asarray(np.maximum(floor, size))
+
+
+def by_side(stand: Bench, innovations: Sequence[Array], floor: Array, near: Array) -> Array:
+    """Torque noise [N m] of each side by itself, looked for from `near` on; for the rest see `process_noise`."""
+    known = dict[tuple[float, ...], float]()
+
+    def at(trial: Array) -> float:
+        where = tuple(np.maximum(floor, trial))
+        if where not in known:
+            known[where] = surprise(stand, innovations, np.array(where))
+        return known[where]
+
+    size = np.maximum(near, floor)
+    for _ in range(PASSES):
+        before = size
+        for side in range(len(floor)):
+            size = np.maximum(floor, downhill(at, size, 10.0 ** (0.25 * np.eye(len(floor))[side])))
+        if np.array_equal(size, before):
+            break
+    return np.asarray(size)
 
 
 def downhill(cost: Callable[[Array], float], size: Array, factor: Array, most: int = 4) -> Array:
