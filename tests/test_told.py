@@ -12,8 +12,11 @@ from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.reconcile.bench import bench, shared_noise
 from gsfdi.reconcile.clean import learn_law, rough_law
+from gsfdi.reconcile.compete import opening
 from gsfdi.reconcile.contract import settle_contract
 from gsfdi.reconcile.noise import effort_floor, surprise
+from gsfdi.reconcile.sheet import LawFinding
+from gsfdi.reconcile.suspects import suspects
 from gsfdi.reconcile.twin import twin_of
 from gsfdi.simulate import simulate_record
 from gsfdi.types import JointRecord
@@ -179,6 +182,45 @@ def test_stamps_that_are_late_by_a_part_of_a_tick_bring_nothing_else(late: float
     (entry,) = reconcile([record if logged else without_speed(record)], MODEL).omitted_physics
     assert entry["term"] == "timestamp_latency"
     assert entry["parameters"]["delay_s"]["value"] == pytest.approx(late, abs=1e-4)
+
+
+def stiff(*terms: TermUse, inertia: float = 90.0) -> JointModel:
+    """Model of a drive of 1 kHz whose law sums nothing and asks for no speed, under friction."""
+    friction = (
+        TermUse("coulomb_friction", {"torque_nm": 30.0}),
+        TermUse("viscous_friction", {"coefficient_nms_rad": 130.0}),
+    )
+    return replace(
+        JOINT,
+        plant=replace(JOINT.plant, output_inertia=inertia),
+        controller=Controller(1.3e6, 0.0, 8e3, 1000.0, rate_feedforward=0.0, effort="drive_torque"),
+        sensors=Sensors(1e-7, position_noise=2e-7, motor_velocity_noise=1e-4, effort_noise=0.1),
+        physics=(*friction, *terms),
+    )
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_stamps_of_a_stiff_law_are_late_and_bring_nothing_else(seed: int) -> None:
+    late = TermUse("timestamp_latency", {"delay_s": 9.07e-4})
+    record = without_speed(simulate_record(stiff(late, inertia=92.0), seed=seed, duration=20.0))
+    entry, *others = reconcile([record], stiff()).omitted_physics
+    assert entry["term"] == "timestamp_latency"
+    assert entry["parameters"]["delay_s"]["value"] == pytest.approx(9.07e-4, abs=2e-6)
+    assert {other["term"] for other in others} <= {"output_inertia_change"}
+
+
+def test_what_is_being_put_right_is_made_exact_before_another_number_is_blamed() -> None:
+    late = TermUse("timestamp_latency", {"delay_s": 9.07e-4})
+    record = without_speed(simulate_record(stiff(late, inertia=92.0), seed=0, duration=20.0))
+    nearly = LawFinding("timestamp_latency", {"delay_s": 9.02e-4}, None, 1e3, 1.0, 0.0)
+    settled = settle_contract([record], stiff(), (), (nearly,))
+    first = opening(settled.stand, settled.model, settled.level)
+    assert {"controller_derivative", "timestamp_latency"} & {f.term for f in suspects(first)} == {
+        "controller_derivative"
+    }
+    found = {f.term: f.values for f in suspects(first, "timestamp_latency")}
+    assert "controller_derivative" not in found
+    assert found["timestamp_latency"]["delay_s"] == pytest.approx(5e-6, abs=1e-6)
 
 
 def test_a_bias_of_the_current_is_as_likely_as_the_load_that_it_looks_like() -> None:

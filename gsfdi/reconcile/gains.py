@@ -92,7 +92,7 @@ def better_ones(
         anew = finding.term in CLOCKS and finding.term not in {f.term for f in found.beyond}
         other = opened((finding,) if anew else (*found.beyond, finding))
         for _ in range(FINER):
-            again = [f for f in suspects(other.first) if f.term == finding.term]
+            again = [f for f in suspects(other.first, finding.term) if f.term == finding.term]
             if not again:
                 break
             other = opened((*other.beyond, *again))

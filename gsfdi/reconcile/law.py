@@ -288,7 +288,8 @@ def _clock(held: Held, term: str, name: str, sheets: Callable[[float], list[Shee
 
 def _limit(held: Held, step: float) -> list[LawFinding]:
     """A limit that the drive keeps although the law asks for more; for `step` see `_plateau`."""
-    trials = (_plateau(held, depth, step, rule) for rule in RULES_AT_A_LIMIT for depth in DEPTHS)
+    rules = RULES_AT_A_LIMIT if held.law.integral else RULES_AT_A_LIMIT[-1:]  # what sums nothing waits for nothing
+    trials = (_plateau(held, depth, step, rule) for rule in rules for depth in DEPTHS)
     found = [f for f in trials if f is not None]
     most = max((f.gain for f in found), default=0.0)
     return next(([f] for f in found if f.gain > most - HARDLY), [])
