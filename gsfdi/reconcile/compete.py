@@ -89,6 +89,8 @@ MAIN = 3
 """Terms that must account for most of what is missing before a further one may join."""
 DETAIL = 0.2
 """Share of the missing torque up to which what is left is a detail that one may refine."""
+DATED = 0.5
+"""Share of the missing torque up to which it matters that something sets in within the part kept for judging."""
 PIECES = 3
 """Moments at which terms set in that are pieces of something that goes on: no further one is looked for."""
 
@@ -137,7 +139,8 @@ def compete(
         first = opening(first.stand.judged_in(window), model, level)
     first, hand, contests = rounds(first, shelf_terms, len(model.physics), most)
     window = typical_window(first.stand, hand.innovations)  # an end stop that is met then only shows in a good fit
-    if window == first.stand.window:
+    floor = effort_floor(first.stand)
+    if window == first.stand.window and missing(hand, floor) < DATED * missing(first, floor):
         window = dating_window(first.stand, hand.fitted.model.physics[len(model.physics) :])
     if window != first.stand.window:
         first = opening(first.stand.judged_in(window), model, level)
