@@ -5,7 +5,7 @@ recordings. It needs no controller, forgets its initial state, and under feedbac
 for; a fit on positions alone would see nothing, for the controller hides there whatever the model lacks.
 """
 
-from gsfdi.fit.knobs import BRISTLES, INTEGRAL, SHIFT, START, SWING, SWING_RATE, Knob, Started, turned
+from gsfdi.fit.knobs import BRISTLES, INTEGRAL, SHIFT, START, START_RATE, SWING, SWING_RATE, Knob, Started, turned
 from gsfdi.fit.levenberg import Fitted, Misfit, covariance, levenberg, slopes
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "INTEGRAL",
     "SHIFT",
     "START",
+    "START_RATE",
     "SWING",
     "SWING_RATE",
     "Fitted",

@@ -8,11 +8,18 @@ import numpy as np
 from gsfdi.model import JointModel
 from gsfdi.types import Array
 
-START, INTEGRAL, BRISTLES, SHIFT, SWING, SWING_RATE = range(-2, -8, -1)
+START, INTEGRAL, BRISTLES, SHIFT, SWING, SWING_RATE, START_RATE = range(-2, -9, -1)
 """Places of what a stretch of a `Started` model begins with: wind-up, the controller's integral part, bristles; of its
-shift of time; and of how an appendage swings as a stretch begins."""
+shift of time; of how an appendage swings as a stretch begins; and of how fast the wind-up grows then."""
 
-BEGINS = {START: "windups", INTEGRAL: "integrals", BRISTLES: "bristles", SWING: "swings", SWING_RATE: "swing_rates"}
+BEGINS = {
+    START: "windups",
+    INTEGRAL: "integrals",
+    BRISTLES: "bristles",
+    SWING: "swings",
+    SWING_RATE: "swing_rates",
+    START_RATE: "windup_rates",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +30,7 @@ class Started(JointModel):
     sensor tells the motor's absolute angle, so that the wind-up at the start is as unknown as any parameter, and so
     is the integral part of the controller that told a speed, beyond what was assumed of it. What went before a gap
     has left bristles somewhere, too, and an appendage swinging: behind the joint by an angle [rad] and a speed [rad/s].
+    A joint that swings on its gearbox while the motor sticks begins with a wind-up that changes [rad/s].
 
     And a log that a simulator made in steps has a shift of time, of half a step: each effort acts as long before its
     stamp, and each speed is as much older than its stamp [s].
@@ -33,6 +41,7 @@ class Started(JointModel):
     bristles: tuple[float, ...] = ()
     swings: tuple[float, ...] = ()
     swing_rates: tuple[float, ...] = ()
+    windup_rates: tuple[float, ...] = ()
     shift: float = 0.0
 
     def beginning(self, name: str, stretch: int, value: float) -> "Started":

@@ -212,7 +212,7 @@ def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:
         row[4] -= sum(use.values["bias_a"] * float(np.mean(drive.t >= (use.onset or drive.t[0]))) for use in biases)
         if isinstance(model, Started) and model.windups:
             row[0] -= model.windups[stretch]
-            row[2] += model.windups[stretch]
+            row[2:4] += model.windups[stretch], model.windup_rates[stretch]
             row[4] += model.integrals[stretch]
             row[5:] = model.bristles[stretch], model.shift, model.swings[stretch], model.swing_rates[stretch]
     return found

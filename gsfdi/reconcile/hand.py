@@ -32,7 +32,9 @@ def started(model: JointModel, stretches: int) -> Started:
         return model
     values = {field.name: getattr(model, field.name) for field in fields(JointModel)}
     none = (0.0,) * stretches
-    return Started(**values, windups=none, integrals=none, bristles=none, swings=none, swing_rates=none)
+    return Started(
+        **values, windups=none, integrals=none, bristles=none, swings=none, swing_rates=none, windup_rates=none
+    )
 
 
 @dataclass(frozen=True, slots=True)

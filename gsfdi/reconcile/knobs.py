@@ -3,7 +3,7 @@
 import numpy as np
 
 from gsfdi.bristle import MEMORY
-from gsfdi.fit import BRISTLES, INTEGRAL, START, SWING, SWING_RATE, Knob
+from gsfdi.fit import BRISTLES, INTEGRAL, START, START_RATE, SWING, SWING_RATE, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.bench import Bench
@@ -33,8 +33,14 @@ def plant_knobs(model: JointModel, effort: str) -> list[Knob]:
 
 
 def start_knobs(stand: Bench) -> list[Knob]:
-    """Knobs of what each stretch begins with: wind-up, bristles, the integral part of a law that told the speed."""
-    sizes = {START: stand.scales.windup if stand.model.structure == "flexible" else 0.0}
+    """Knobs of what each stretch begins with: wind-up, its rate, bristles, the integral part of a law that told speeds.
+
+    A motor that sticks leaves the joint swinging on its gearbox. What observers make of that in the first moments is
+    not its own speed, and the joint slipped too soon by it: a stiffness that changed after 6 s seemed to mend that.
+    """
+    sizes = dict[int, float]()
+    if stand.model.structure == "flexible":
+        sizes = {START: stand.scales.windup, START_RATE: float(np.sqrt(stand.doubt[3, 3]))}
     if stand.lever > 0:
         sizes[INTEGRAL] = float(np.sqrt(stand.system.R[1])) / stand.lever
     terms = shelf("gsfdi.terms", PhysicsTerm)

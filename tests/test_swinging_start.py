@@ -1,0 +1,43 @@
+"""Recordings that begin while the motor sticks and the joint swings on its gearbox."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joints import MODEL
+
+from gsfdi.model import JointModel, TermUse
+from gsfdi.reconcile import reconcile
+from gsfdi.simulate import replay, simulate_record
+from gsfdi.simulate.recording import noisy, training_drive
+from gsfdi.starting import initial_state
+from gsfdi.types import JointRecord
+
+STICKS = replace(MODEL, physics=(TermUse("coulomb_friction", {"torque_nm": 12.0}, "motor"),))
+
+
+def begun_swinging(rate: float, seed: int) -> JointRecord:
+    """Telemetry of a joint that begins with a wind-up that grows by `rate` [rad/s]."""
+    drive = training_drive(STICKS, 60.0, seed)
+    start = initial_state(STICKS, drive.start)
+    start[3] += rate
+    shown = replay(STICKS, replace(drive, clock=noisy(drive.clock, STICKS.sensors, seed)), x0=start)
+    noise = STICKS.sensors.effort_noise * np.random.default_rng(seed).standard_normal(len(shown.t))
+    seen = {
+        "position": shown.position,
+        "motor_velocity": shown.motor_velocity,
+        "motor_current": shown.effort + noise,
+    }
+    record = simulate_record(STICKS, seed=seed, duration=60.0)
+    return replace(record, channels={**record.channels, **seen}, valid={})
+
+
+@pytest.mark.parametrize("rate", [3e-4, 1e-3])
+@pytest.mark.parametrize("model", [STICKS, MODEL], ids=["known", "missing"])
+def test_a_joint_that_begins_swinging_lacks_its_friction_at_most(model: JointModel, rate: float) -> None:
+    answer = reconcile([begun_swinging(rate, seed=2)], model)
+    assert [entry["term"] for entry in answer.omitted_physics] == ["coulomb_friction"] * (model is MODEL)
+    assert answer.verdict == ("explained" if model is MODEL else "no_mismatch")
+    assert all(
+        entry["parameters"]["torque_nm"]["value"] == pytest.approx(12.0, rel=0.02) for entry in answer.omitted_physics
+    )
