@@ -1,15 +1,21 @@
 """Several recordings of one joint, reconciled as one."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from joints import MODEL
 from rigid import JOINT
 
 from gsfdi.errors import UnusableInputError
-from gsfdi.model import TermUse
+from gsfdi.fit import START
+from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.bench import bench
-from gsfdi.simulate import simulate_record
+from gsfdi.reconcile.hand import started
+from gsfdi.reconcile.knobs import start_knobs
+from gsfdi.simulate import Trace, replay_many, simulate_record
 
 STICKY = replace(JOINT, physics=(TermUse("coulomb_friction", {"torque_nm": 0.4}),))
 
@@ -27,3 +33,21 @@ def test_a_recording_too_short_to_be_judged_is_said_to_be_so() -> None:
     fast = replace(JOINT, controller=replace(JOINT.controller, sample_rate=500.0))  # type: ignore[type-var]
     with pytest.raises(UnusableInputError, match="no stretch of 1 s"):
         bench([simulate_record(fast, seed=1, duration=0.4)], fast)
+
+
+def test_what_one_recording_begins_with_is_replayed_beside_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    sources = [replace(simulate_record(MODEL, seed=seed, duration=10.0), source=str(seed)) for seed in range(2)]
+    stand = bench(sources, MODEL)
+    knobs = [knob for knob in start_knobs(stand) if knob.place == START]
+    models = [knob.turn(started(MODEL, 2), knob.scale) for knob in knobs] + [started(MODEL, 2)]
+    apart = [stand.innovations([model]) for model in models]
+    replayed: list[int] = []
+
+    def counting(some: Sequence[JointModel], *rest: Any, **named: Any) -> list[Trace]:
+        replayed.append(len(some))
+        return replay_many(some, *rest, **named)
+
+    monkeypatch.setattr("gsfdi.reconcile.bench.replay_many", counting)
+    for together, *alone in zip(stand.innovations(models), *apart, strict=True):
+        np.testing.assert_array_equal(together, np.concatenate(alone))
+    assert replayed == [2, 2]

@@ -50,6 +50,10 @@ class Started(JointModel):
         row[stretch] = value
         return replace(self, **{name: tuple(row)})  # type: ignore[arg-type]  # mypy cannot tell which field it is
 
+    def unbegun(self) -> "Started":
+        """Give the same model with nothing said of what its stretches begin with."""
+        return replace(self, **dict.fromkeys(BEGINS.values(), ()))  # type: ignore[arg-type]  # as above
+
 
 AT_END = 1e-3
 """Distance from an end, as a share of a knob's step, at which a fit has ended there: the gauge moves it that much."""
