@@ -105,8 +105,9 @@ class Bench:
                 alike = firsts(some, begun)
                 own = sorted(set(alike))
                 traces = replay_many([some[k] for k in own], drive, "predict", gain=self.gain, x0=begun[own])
+                by_model = dict(zip(own, traces, strict=True))
                 for row, k in zip(shown[first:], alike, strict=False):
-                    row[:] = traces[own.index(k)].innovation
+                    row[:] = by_model[k].innovation
             found.append(self._owned(shown, i))
         return found
 
