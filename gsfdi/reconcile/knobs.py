@@ -37,13 +37,15 @@ def start_knobs(stand: Bench) -> list[Knob]:
 
     A motor that sticks leaves the joint swinging on its gearbox. What observers make of that in the first moments is
     not its own speed, and the joint slipped too soon by it: a stiffness that changed after 6 s seemed to mend that.
+    Where nothing sticks that speed is soon forgotten, and one number that is off was no longer found alone beside it.
     """
-    sizes = dict[int, float]()
+    terms, sizes = shelf("gsfdi.terms", PhysicsTerm), dict[int, float]()
     if stand.model.structure == "flexible":
-        sizes = {START: stand.scales.windup, START_RATE: float(np.sqrt(stand.doubt[3, 3]))}
+        sizes[START] = stand.scales.windup
+        if any(terms[use.term].place == "dry" for use in stand.model.physics):
+            sizes[START_RATE] = float(np.sqrt(stand.doubt[3, 3]))
     if stand.lever > 0:
         sizes[INTEGRAL] = float(np.sqrt(stand.system.R[1])) / stand.lever
-    terms = shelf("gsfdi.terms", PhysicsTerm)
     held = any(MEMORY in terms[use.term].params for use in stand.model.physics)
     return (bristle_knobs(stand) if held else []) + [
         Knob(place, str(i), size, -20 * size, 20 * size, 0.0, 2 * size)
