@@ -2,14 +2,13 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from joints import MODEL
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.simulate import replay, simulate_record
-from gsfdi.simulate.recording import noisy, training_drive
+from gsfdi.simulate.recording import channels_of, noisy, training_drive
 from gsfdi.starting import initial_state
 from gsfdi.types import JointRecord
 
@@ -22,14 +21,7 @@ def begun_swinging(rate: float, seed: int) -> JointRecord:
     start = initial_state(STICKS, drive.start)
     start[3] += rate
     shown = replay(STICKS, replace(drive, clock=noisy(drive.clock, STICKS.sensors, seed)), x0=start)
-    noise = STICKS.sensors.effort_noise * np.random.default_rng(seed).standard_normal(len(shown.t))
-    seen = {
-        "position": shown.position,
-        "motor_velocity": shown.motor_velocity,
-        "motor_current": shown.effort + noise,
-    }
-    record = simulate_record(STICKS, seed=seed, duration=60.0)
-    return replace(record, channels={**record.channels, **seen}, valid={})
+    return replace(simulate_record(STICKS, seed=seed, duration=60.0), channels=channels_of(STICKS, drive, shown, seed))
 
 
 @pytest.mark.parametrize("rate", [3e-4, 1e-3])

@@ -50,9 +50,9 @@ class Started(JointModel):
         row[stretch] = value
         return replace(self, **{name: tuple(row)})  # type: ignore[arg-type]  # mypy cannot tell which field it is
 
-    def unbegun(self) -> "Started":
-        """Give the same model with nothing said of what its stretches begin with."""
-        return replace(self, **dict.fromkeys(BEGINS.values(), ()))  # type: ignore[arg-type]  # as above
+    def begun(self, numbers: tuple[float, ...]) -> "Started":
+        """Give the same model whose stretches begin with `numbers`, one by stretch, in all that they begin with."""
+        return replace(self, **dict.fromkeys(BEGINS.values(), numbers))  # type: ignore[arg-type]  # as above
 
 
 AT_END = 1e-3

@@ -76,7 +76,7 @@ def levenberg(
     rounds : int
         Most steps taken.
     tolerance : float
-        Ends when a step gains less than this much of the log-likelihood.
+        Ends when a step gains less than this much of the log-likelihood, or a free one is promised `PROMISE` of it.
     known : (n, j) array, optional
         Slopes of the first j knobs from a fit nearby, good enough to save their replays.
     """

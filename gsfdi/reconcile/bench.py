@@ -210,7 +210,7 @@ def firsts(models: Sequence[JointModel], begun: Array) -> list[int]:
 
     What another stretch begins with is nothing to it: of a recording with many gaps most replays are the same.
     """
-    plain = [m.unbegun() if isinstance(m, Started) else m for m in models]
+    plain = [m.begun(()) if isinstance(m, Started) else m for m in models]
     return [
         next(k for k in range(i + 1) if k == i or (plain[k] == own and np.array_equal(begun[k], begun[i])))
         for i, own in enumerate(plain)

@@ -31,10 +31,7 @@ def started(model: JointModel, stretches: int) -> Started:
     if isinstance(model, Started):
         return model
     values = {field.name: getattr(model, field.name) for field in fields(JointModel)}
-    none = (0.0,) * stretches
-    return Started(
-        **values, windups=none, integrals=none, bristles=none, swings=none, swing_rates=none, windup_rates=none
-    )
+    return Started(**values).begun((0.0,) * stretches)
 
 
 @dataclass(frozen=True, slots=True)

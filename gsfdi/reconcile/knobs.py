@@ -7,6 +7,7 @@ from gsfdi.fit import BRISTLES, INTEGRAL, START, START_RATE, SWING, SWING_RATE, 
 from gsfdi.model import JointModel
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.bench import Bench
+from gsfdi.reconcile.hand import sticks
 from gsfdi.reconcile.surplus import surplus
 from gsfdi.reconcile.turning import DOUBT, believed
 from gsfdi.registry import shelf
@@ -39,13 +40,14 @@ def start_knobs(stand: Bench) -> list[Knob]:
     not its own speed, and the joint slipped too soon by it: a stiffness that changed after 6 s seemed to mend that.
     Where nothing sticks that speed is soon forgotten, and one number that is off was no longer found alone beside it.
     """
-    terms, sizes = shelf("gsfdi.terms", PhysicsTerm), dict[int, float]()
+    sizes = dict[int, float]()
     if stand.model.structure == "flexible":
         sizes[START] = stand.scales.windup
-        if any(terms[use.term].place == "dry" for use in stand.model.physics):
+        if sticks(stand.model):
             sizes[START_RATE] = float(np.sqrt(stand.doubt[3, 3]))
     if stand.lever > 0:
         sizes[INTEGRAL] = float(np.sqrt(stand.system.R[1])) / stand.lever
+    terms = shelf("gsfdi.terms", PhysicsTerm)
     held = any(MEMORY in terms[use.term].params for use in stand.model.physics)
     return (bristle_knobs(stand) if held else []) + [
         Knob(place, str(i), size, -20 * size, 20 * size, 0.0, 2 * size)
