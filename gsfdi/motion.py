@@ -44,7 +44,8 @@ WINDUP_JUMPED = 18  # what it has added to ε [rad]
 BEGUN = 19  # stretch, as a share of the full, with which a bristle begins: what came before has left it there
 SWING = 20  # how far an appendage is behind the joint as it begins [rad]: what came before has left it swinging
 SWING_RATE = 21  # [rad/s]
-QUANTITIES = 22
+EARLY = 22  # by how much what waves give acts before its mean over the step, in their unit (see `gsfdi.wave`)
+QUANTITIES = 23
 
 STATES = 5 + 2 * 32  # what a bristle needs to remember 32 reversals
 FEW = 2  # of them are enough for most laws, which leave the rest NaN

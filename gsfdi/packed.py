@@ -1,11 +1,11 @@
 """Turns a model into the arrays that the compiled replay runs on, and chooses how long a substep may be.
 
 What a substep leaves out is how a law's torque changes within it: held at its mean, it acts on a gearbox of frequency
-ω as if it were off by (ωh)²/12. At `LAW_PHASE` a cogging or a viscous friction on the motor of a third of the drive's
-torque errs, predicted from sample to sample, by 0.6 to 2 times the noise of a speed sensor of 2 mrad/s; a substep
-half as long by a quarter of that. To carry the slope of each torque on to the next substep, and to evaluate laws at
-the mean state, made slow waves six times as good and viscous friction none, since the effort jumps from tick to tick.
-So it is not done.
+ω as if it were off by (ωh)²/12. At `LAW_PHASE` a viscous friction on the motor of a third of the drive's torque errs,
+predicted from sample to sample, by 0.6 to 2 times the noise of a speed sensor of 2 mrad/s; a substep half as long by a
+quarter of that. To carry the slope of each torque on to the next substep, and to evaluate laws at the mean state, made
+slow waves six times as good and viscous friction none, since the effort jumps from tick to tick. So it is not done;
+waves know their slope from their phase (see `gsfdi.wave`).
 """
 
 import math
@@ -26,16 +26,17 @@ from gsfdi.motion import DIRECTION, QUANTITIES, SPEED, STATES, TIME, Law, Physic
 from gsfdi.replay import layout
 from gsfdi.sliding import SMOOTH, sliding
 from gsfdi.types import Array
+from gsfdi.wave import half_phase, shrunk, sine
 
 LINEAR_PHASE = 0.5  # [rad] of the fastest mode per substep: the matrix exponential's series then holds to 1e-14
 LAW_PHASE = 0.25  # the same where laws act: a harmonic oscillator made of laws is then 0.3 % off in frequency
-WAVE_PHASE = 0.125  # the same where one is a wave, whose torque changes many times as fast as the joint moves
-SPRING_PHASE = 0.16  # the same where laws replace the spring itself; a play has a flow of its own
+SPRING_PHASE = 0.16  # the same where laws add to the spring itself
 TURNING = 4.0  # speed below which a smooth friction turns round, over the one that it turns by
 AT_REST = 0.01  # speed that is as good as none, over the one that a friction turns by
 LAW_DECAY = 0.5  # largest decay of a law's damping per substep
 
-register_jitable(sliding)  # here, so that who only lists terms need not load numba
+for shared in (sliding, half_phase, shrunk, sine):
+    register_jitable(shared)  # here, so that who only lists terms need not load numba
 
 _SLOT = {
     "torque_constant": layout.TORQUE_CONSTANT,
@@ -136,12 +137,12 @@ def longest_step(model: JointModel, row: Sequence[float]) -> float:
     for use in model.physics:
         term = term_of(use)
         if term.wave:
-            phase = min(phase, WAVE_PHASE)
+            phase = min(phase, LAW_PHASE)
         if term.place not in ("torque", "dry", "windup", "spring"):
             continue
         values = values_of(use)
         place = "spring" if term.place in ("windup", "spring") else side_of(use, model.structure)
-        phase = min(phase, SPRING_PHASE if place == "spring" and not is_play(term) else LAW_PHASE)
+        phase = min(phase, SPRING_PHASE if term.place == "spring" else LAW_PHASE)
         square += abs(term.stiffness(values)) * compliance[place] if term.stiffness else 0.0
         decay += abs(term.damping(values)) * compliance[place] if term.damping else 0.0
     if math.isinf(phase):

@@ -32,6 +32,7 @@ GROUND = (
     "motion",
     "bristle",
     "sliding",
+    "wave",
     "scales",
     "model",
     "replay",

@@ -15,7 +15,7 @@ from gsfdi.replay.flow import advance, transitions
 from gsfdi.replay.friction import STICKS, TURNS, dry_range, stop_dry
 from gsfdi.replay.laws import any_in, mapped, product, see, total
 
-PHASE_STEP = 0.7  # [rad] of a term's wave per substep; the laws give its mean over the step
+PHASE_STEP = 1.4  # [rad] of a term's wave per substep; the laws give its mean over the step and how early it acts
 MOST_SUBSTEPS = 400
 PARTS = 4
 """Parts at least into which a substep is cut in which friction turns round or a play is entered or left."""
@@ -134,7 +134,9 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
     slow = is_slow(model, v)
     see(model, m, v, at.MIDDLE, time + 0.5 * h)
     m[motion.STEP], m[motion.CURRENT], m[motion.STIFFNESS] = h, effort, model[era + at.SPRING_RATE]
+    m[motion.EARLY] = 0.0
     factor = product(at.TORQUE_CONSTANT, model, m, states)
+    drive_early, m[motion.EARLY] = drive * m[motion.EARLY], 0.0
     spring, lever = 0.0, 0.0
     if any_in(at.WINDUP, model) or any_in(at.SPRING, model):
         spring, lever = spring_terms(model, era, rate, m, states, v[at.MIDDLE, 2])
@@ -145,10 +147,13 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
         output_low, output_high = dry_range(at.OUTPUT_DRY, model, m, states)
     m[motion.ANGLE], m[motion.SPEED] = v[at.MIDDLE, 0], v[at.MIDDLE, 1]
     m[motion.ANGLE_JUMPED] = v[at.JUMPED, 0]
+    spring_early, m[motion.EARLY] = -rate * m[motion.EARLY], 0.0
     on_motor = total(at.MOTOR_TORQUE, model, m, states) - lever
     if any_in(at.MOTOR_DRY, model):
         motor_low, motor_high = dry_range(at.MOTOR_DRY, model, m, states)
     advance(flow, full, v, at.X, at.FREE, factor * drive + spring - on_motor, -spring - on_output)
+    if model[at.WAVE] > 0:
+        lead(flow, first, v, drive_early + spring_early - m[motion.EARLY], -spring_early)
     dry_motor, dry_output, motor_early, output_early, motor_did, output_did, motor_slid, output_slid = stop_dry(
         flow, full, v, motor_low, motor_high, output_low, output_high
     )
@@ -167,6 +172,18 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
     v[at.TORQUES, 0], v[at.TORQUES, 3] = factor, spring - beyond * v[at.MIDDLE, 2]
     v[at.TORQUES, 1], v[at.TORQUES, 2] = on_motor + dry_motor, on_output + dry_output
     return motor_did == TURNS or output_did == TURNS or slow or loose != is_loose(model, m, v, states, time + h)
+
+
+@compiled
+def lead(flow, first, v, on_motor, on_output):  # type: ignore[no-untyped-def]
+    """Move the free motion by what torques do that act `on_motor` and `on_output` before their mean over the step.
+
+    Of a torque whose product with half the step less the time gone by has the mean h E that is h² A Φ(h/2) B E, to the
+    third order of the step; Γ(h) less twice Γ(h/2) is a quarter of h² A Φ(h/2) B.
+    """
+    for i in range(4):
+        v[at.FREE, i] += 4.0 * on_motor * (flow[first + 1, i, 4] - 2.0 * flow[first, i, 4])
+        v[at.FREE, i] += 4.0 * on_output * (flow[first + 1, i, 5] - 2.0 * flow[first, i, 5])
 
 
 @inlined

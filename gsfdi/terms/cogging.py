@@ -2,14 +2,13 @@
 
 import math
 
-from gsfdi.motion import GEAR, MOTOR_TURN, SPEED, STEP, Param, PhysicsTerm, Vector
+from gsfdi.motion import Param, PhysicsTerm, Vector
+from gsfdi.wave import sine
 
 
 def torque(m: Vector, p: Vector, s: Vector) -> float:
     """Give a sin(n φ + phase), with φ the motor angle."""
-    half = 0.5 * p[1] * m[GEAR] * m[SPEED] * m[STEP]
-    mean = math.sin(half) / half if abs(half) > 1e-6 else 1.0  # of the wave over a step
-    return p[0] * mean * math.sin(p[1] * m[MOTOR_TURN] + p[2])
+    return sine(m, p[0], p[1], p[2])
 
 
 TERM = PhysicsTerm(

@@ -2,16 +2,15 @@
 
 import math
 
-from gsfdi.motion import GEAR, LEVER, MOTOR_TURN, SPEED, STEP, VALUE, Param, PhysicsTerm, Vector
+from gsfdi.motion import GEAR, LEVER, MOTOR_TURN, VALUE, Param, PhysicsTerm, Vector
+from gsfdi.wave import half_phase, shrunk, sine
 
 
 def deflection(m: Vector, p: Vector, s: Vector) -> float:
     """Give the difference of angles less a sin(n φ + phase); the motor feels the spring through the slope of that."""
-    half = 0.5 * p[1] * m[GEAR] * m[SPEED] * m[STEP]
-    mean = math.sin(half) / half if abs(half) > 1e-6 else 1.0  # of the wave over a step
-    turn = p[1] * m[MOTOR_TURN] + p[2]
-    m[LEVER] += p[0] * mean * p[1] * m[GEAR] * math.cos(turn)
-    return m[VALUE] - p[0] * mean * math.sin(turn)
+    slope = math.cos(p[1] * m[MOTOR_TURN] + p[2]) * shrunk(half_phase(m, p[1]))
+    m[LEVER] += p[0] * p[1] * m[GEAR] * slope
+    return m[VALUE] - sine(m, p[0], p[1], p[2])
 
 
 TERM = PhysicsTerm(
