@@ -26,13 +26,13 @@ from gsfdi.reconcile.hand import settle, with_term
 from gsfdi.reconcile.judge import Name, Rival, alike, contest_of, is_nothing
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.lagging import beside_positions, kinematic_lag
-from gsfdi.reconcile.law import check_law, densest, is_no_plateau, plainest
+from gsfdi.reconcile.law import check_law, densest, is_no_plateau, is_pinned, plainest
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
-from gsfdi.reconcile.sheet import LawFinding, sheet_of
+from gsfdi.reconcile.sheet import Held, LawFinding, Log, sheet_of
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, strained
@@ -512,6 +512,22 @@ def test_a_limit_beside_an_unseen_speed_is_likelier_than_a_bias_that_sets_in(gai
     limit = LawFinding("current_limit", {"limit_a": 1.6}, None, 231.0, 0.06, 1e-3)
     step = LawFinding("current_bias", {"bias_a": 0.1}, 7.0, gain, 0.3, 1e-3)
     assert plainest([limit, step]) == [limit] * believed
+
+
+def test_a_limit_that_explains_little_is_believed_where_efforts_are_pinned_to_it() -> None:
+    limit = LawFinding("current_limit", {"limit_a": 1.6}, None, 547.0, 0.05, 1e-3, "goes_on")
+    assert plainest([limit]) == []
+    assert plainest([limit], [limit]) == [limit]
+
+
+@pytest.mark.parametrize("share", [0.8, 2.0])
+def test_efforts_are_pinned_to_a_limit_that_is_met_and_not_to_the_tops_of_peaks(share: float) -> None:
+    assert MODEL.controller is not None
+    highest = float(np.max(np.abs(simulate_record(MODEL, seed=1, duration=30.0)["motor_current"])))
+    drive = replace(MODEL, physics=(TermUse("current_limit", {"limit_a": share * highest}),))
+    record = without_speed(simulate_record(drive, seed=1, duration=30.0))
+    top = LawFinding("current_limit", {"limit_a": min(share, 1.0) * highest}, None, 547.0, 0.05, 1e-3)
+    assert is_pinned(Held(Log([record], MODEL), MODEL.controller), top) == (share < 1.0)
 
 
 def lossy(whole: JointRecord) -> JointRecord:
