@@ -20,6 +20,7 @@ from gsfdi.reconcile.clean import learn_law
 from gsfdi.reconcile.compete import Contest, opening, to_settle
 from gsfdi.reconcile.dating import dated, middle, moments_of
 from gsfdi.reconcile.driving import levels
+from gsfdi.reconcile.entries import ranked
 from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound, never_slips
 from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
 from gsfdi.reconcile.hand import settle, with_term
@@ -790,6 +791,15 @@ def test_a_term_on_the_other_side_is_the_same_name() -> None:
     assert name.close == ("coulomb_friction",)
     assert name.is_on_either_side
     assert not Name(motor, 0.9, 1.0, {}, likes[1:]).is_on_either_side
+
+
+def test_a_term_with_an_exact_twin_is_as_sure_as_both() -> None:
+    load, twin = TermUse("constant_load", {"torque_nm": -0.9}), TermUse("current_bias", {"bias_a": -0.006})
+    mode = TermUse("structural_mode", {"inertia_kg_m2": 0.3, "frequency_hz": 7.7, "damping_ratio": 0.07})
+    whole = Name(load, 0.4, 1.0, {}, (Rival(twin, 0.0, 0.4),))
+    trifle = Name(mode, 1.0, 0.0, {}, ())
+    assert ranked([trifle, whole]) == [whole, trifle]
+    assert ranked([replace(whole, rivals=()), trifle]) == [trifle, replace(whole, rivals=())]
 
 
 def test_a_number_that_may_be_as_the_model_has_it_is_no_name() -> None:

@@ -7,6 +7,7 @@ from typing import Any
 from gsfdi.model import TermUse
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.hand import around
+from gsfdi.reconcile.judge import Name
 from gsfdi.reconcile.parameters import PINNED, SNUG, TERM_OF, Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.say import sentence, spelled
@@ -61,11 +62,19 @@ def law_entries(case: Case) -> list[dict[str, Any]]:
     return entries
 
 
+def ranked(found: Sequence[Name]) -> list[Name]:
+    """Order names: the surest first, and among the sure ones the weightiest.
+
+    A constant load that shared its probability with two exact twins came after a mode that explained 0 %.
+    """
+    return sorted(found, key=lambda name: -(round(name.certainty, 1) + 0.5 * name.share))
+
+
 def term_entries(case: Case) -> list[dict[str, Any]]:
-    """Entries for the terms that won, most probable first and among the sure ones the weightiest."""
+    """Entries for the terms that won."""
     entries = []
     axis = case.nominal.axis
-    for name in sorted(case.found, key=lambda n: -(round(n.probability, 1) + 0.5 * n.share)):
+    for name in ranked(case.found):
         says = sentence(name.use, case.terms[name.use.term], name.share, axis, name.close, name.is_on_either_side)
         entries.append(
             {

@@ -79,6 +79,11 @@ class Name:
         return tuple(dict.fromkeys(term for term in near if term != self.use.term))
 
     @property
+    def certainty(self) -> float:
+        """Probability of the term, or of one that the data cannot tell from it."""
+        return self.probability + sum(r.probability for r in self.rivals if r.use.term in self.close)
+
+    @property
     def is_on_either_side(self) -> bool:
         """Whether the same term on the other side would do as well."""
         return any(r.use.term == self.use.term and r.probability > CLOSE * self.probability for r in self.rivals)
