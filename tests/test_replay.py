@@ -246,6 +246,20 @@ def test_smooth_laws_converge_with_second_order() -> None:
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.parametrize(
+    ("use", "error"),
+    [
+        (TermUse("cogging", {"amplitude_nm": 2.0, "order": 12.0, "phase_rad": 0.4}, "motor"), 8e-6),
+        (TermUse("torque_ripple", {"amplitude_ratio": 0.1, "order": 6.0}), 1.5e-5),
+        (TermUse("transmission_error", {"amplitude_rad": 5e-5, "order": 3.0}), 3e-5),
+    ],
+)
+def test_waves_need_no_shorter_steps_than_other_laws(use: TermUse, error: float) -> None:
+    t, r = wave(100.0, 5.0)
+    got, true = (replay(with_terms(use), commanded(t, r, ERA), finer=n).effort for n in (1, 64))
+    assert np.max(np.abs(got - true)) < error  # held at its mean alone, each errs by twice that and more
+
+
 def rates(x: Array, uses: str, drive: float) -> list[float]:
     """Equations of motion with a memory, for scipy: the last state is the term's own."""
     p = ERA.plant
