@@ -26,7 +26,8 @@ def shrunk(half: float) -> float:
 def sine(m: Vector, size: float, order: float, phase: float) -> float:
     """Give the mean of size · sin(order φ + phase) over a step around the motor angle φ, and count how early it acts.
 
-    Laws that are compiled may call it, and the two above (see `gsfdi.packed`).
+    Laws that are compiled may call it, and the two above (see `gsfdi.packed`); they have it frozen in, so that after a
+    change here numba's caches must go, as after one in `gsfdi.motion`.
     """
     half, turn = half_phase(m, order), order * m[MOTOR_TURN] + phase
     lag = 0.5 * (shrunk(half) - math.cos(half)) / half if abs(half) > SHORT else half / 6.0
