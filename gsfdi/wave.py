@@ -2,8 +2,10 @@
 
 A replay holds torques at their mean over a step. For a wave that is off by what it does earlier or later within the
 step, which its phase tells: half the step less the time gone by, times the wave, has the mean of `EARLY` times the
-step. With that, substeps twice as long err by less than before: a cogging of a fifth of the drive's torque by 0.007 to
-0.017 of a speed sensor's noise, where it had been 0.021.
+step. With that, substeps twice as long err by less in the root mean square. On a flexible joint that rubs, speeds erred
+beside a cogging of a fifth of the drive's torque by 0.007 to 0.017 of their sensor's noise, before by 0.021; beside a
+ripple by 0.008, before 0.010; beside an error of transmission by 0.013 and 0.020, before 0.039. Positions erred by more
+in two of five, at most by 0.004 of their noise, and the worst sample of the speeds by 0.2 to 0.3, before 0.04 to 0.13.
 """
 
 import math
@@ -30,6 +32,7 @@ def sine(m: Vector, size: float, order: float, phase: float) -> float:
     change here numba's caches must go, as after one in `gsfdi.motion`.
     """
     half, turn = half_phase(m, order), order * m[MOTOR_TURN] + phase
-    lag = 0.5 * (shrunk(half) - math.cos(half)) / half if abs(half) > SHORT else half / 6.0
+    mean = shrunk(half)
+    lag = 0.5 * (mean - math.cos(half)) / half if abs(half) > SHORT else half / 6.0
     m[EARLY] -= size * lag * math.cos(turn)
-    return size * shrunk(half) * math.sin(turn)
+    return size * mean * math.sin(turn)

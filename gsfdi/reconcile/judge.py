@@ -81,7 +81,8 @@ class Name:
     @property
     def certainty(self) -> float:
         """Probability of the term, or of one that the data cannot tell from it."""
-        return self.probability + sum(r.probability for r in self.rivals if r.use.term in self.close)
+        close = self.close
+        return self.probability + sum(r.probability for r in self.rivals if r.use.term in close)
 
     @property
     def is_on_either_side(self) -> bool:

@@ -190,7 +190,8 @@ def _believable(held: Held, noise: float, measured: bool) -> list[LawFinding]:
     """Findings that account for most of the misfit, or for all of it that is no noise.
 
     Where the speed was differentiated from positions only the plainest are believed; so are limits beside a logged one
-    that lags. One of 8 ms, read between samples, left a misfit by which a limit that two samples met gained 31.
+    that lags. One of 8 ms, read between samples, left a misfit by which a limit that two samples met gained 31. A limit
+    to which efforts are pinned is believed however little it explains.
     """
     found = [f for f in _hypotheses(held, measured) if f.gain > SURE]
     pinned = [f for f in found if f.term == "current_limit" and is_pinned(held, f)]
