@@ -17,7 +17,7 @@ from gsfdi.reconcile import Reconciliation, reconcile, twin, verdict
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.clean import learn_law
-from gsfdi.reconcile.compete import Contest, opening, to_settle
+from gsfdi.reconcile.compete import Contest, is_dated, opening, to_settle
 from gsfdi.reconcile.dating import dated, middle, moments_of
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.entries import ranked
@@ -36,7 +36,7 @@ from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.sheet import Held, LawFinding, Log, sheet_of
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, strained
+from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, sets_in_anew, strained
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -262,6 +262,23 @@ def test_a_bristle_that_never_lets_go_is_a_spring() -> None:
     assert not never_slips(TermUse("coulomb_friction", {"torque_nm": 1e9}), scales)
 
 
+@pytest.mark.parametrize(
+    ("onsets", "anew"),
+    [
+        ({"coulomb_friction": [66.0], "cogging": [66.2, None]}, False),
+        ({"coulomb_friction": [66.0], "cogging": [81.4]}, True),
+        ({"position_dependent_friction": [66.0, 66.2]}, True),
+    ],
+)
+def test_what_sets_in_again_and_again_is_pieces_of_another(onsets: dict[str, list[float | None]], anew: bool) -> None:
+    uses = [TermUse(term, onset=onset) for term, begun in onsets.items() for onset in begun]
+    case = SimpleNamespace(
+        found=[SimpleNamespace(use=use) for use in uses],
+        stand=SimpleNamespace(scales=SimpleNamespace(seconds=180.0)),
+    )
+    assert sets_in_anew(case) is anew  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(("speed", "torque", "pieces"), [(0.068, 3.3, True), (0.072, 3.3, False), (0.068, 0.3, False)])
 def test_two_laws_of_one_speed_and_one_torque_are_pieces_of_another(speed: float, torque: float, pieces: bool) -> None:
     uses = [
@@ -341,6 +358,17 @@ def test_an_onset_that_was_only_fitted_beside_a_rival_is_moved_to_its_sample() -
     knobs = [*first.fitted.knobs, *term_knobs(stand, model, 0)]
     onset = dated(settle(stand, model, knobs, effort_floor(stand)), 0).fitted.model.physics[0].onset
     assert onset == pytest.approx(52.347, abs=0.01)
+
+
+def test_only_what_accounts_for_most_is_worth_another_part_for_judging() -> None:
+    usual = replace(NOMINAL, physics=(TermUse("viscous_friction", {"coefficient_nms_rad": 2.0}),))
+    load = TermUse("constant_load", {"torque_nm": 2.0}, onset=14.0)
+    for true, dates in ((with_term(usual, load), True), (usual, False)):
+        stand = bench([recorded(true)], NOMINAL)
+        first = opening(stand, NOMINAL, 0.0)
+        model = with_term(with_term(first.fitted.model, usual.physics[0]), load)
+        knobs = [*first.fitted.knobs, *term_knobs(stand, model, 0), *term_knobs(stand, model, 1)]
+        assert is_dated(settle(stand, model, knobs, effort_floor(stand)), 0, effort_floor(stand)) is dates
 
 
 @pytest.mark.parametrize(

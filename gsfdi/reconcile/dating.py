@@ -8,7 +8,7 @@ from gsfdi.fit import Knob
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.hand import Round, around
 from gsfdi.reconcile.screen import ONSETS, refined_onset
-from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.reconcile.turning import fit_knobs, known_before
 
 OPEN = 2.0
 """Log-likelihood within which one moment is as good as another."""
@@ -52,7 +52,9 @@ def dated(hand: Round, given: int) -> Round:
         assert use.onset is not None
         onset = middle(hand, place, use.onset)
         if onset != use.onset:
-            hand = around(hand, fit_knobs(hand.misfit, begun(hand, place, onset), hand.fitted.knobs, 2))
+            fitted = hand.fitted
+            near = fit_knobs(hand.misfit, begun(hand, place, onset), fitted.knobs, 2, known_before(fitted, place))
+            hand = around(hand, near)
     return hand
 
 

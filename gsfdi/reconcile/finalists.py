@@ -125,7 +125,7 @@ def fairly(hand: Round, entry: Entry, shelf_terms: Mapping[str, PhysicsTerm]) ->
     if use is None or merit(entry) < LEAST:
         return entry
     start = turned(hand.fitted.model, hand.fitted.knobs, fitted.values[: len(hand.fitted.knobs)])
-    written = fit_knobs(hand.misfit, with_term(start, use), hand.fitted.knobs, 3)
+    written = fit_knobs(hand.misfit, with_term(start, use), hand.fitted.knobs, 3, hand.fitted.jacobian)
     return replace(entry, gain=entry.gain - max(hand.fitted.cost - written.cost, 0.0))
 
 

@@ -14,7 +14,7 @@ from gsfdi.reconcile.knobs import plausible, swing_knobs, term_knobs
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.screen import LEAST, likeliest
 from gsfdi.reconcile.stops import pressed
-from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.reconcile.turning import fit_knobs, known_before
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 
@@ -142,7 +142,7 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
     size, before = term.params[0], hand
     for param in term.params:
         starts, knobs = other_forms(hand, place, term, param)
-        fits = [fit_knobs(hand.misfit, start, knobs, 3) for start in starts]
+        fits = [fit_knobs(hand.misfit, start, knobs, 3, known_before(hand.fitted, place)) for start in starts]
         best = min(fits, key=lambda one: one.cost, default=hand.fitted)
         if best.cost >= hand.fitted.cost:
             continue

@@ -6,7 +6,7 @@ from gsfdi.fit import Fitted
 from gsfdi.reconcile.finalists import KNOB_COST
 from gsfdi.reconcile.hand import Round, around
 from gsfdi.reconcile.screen import EARLIEST, refined_onset
-from gsfdi.reconcile.turning import fit_knobs
+from gsfdi.reconcile.turning import fit_knobs, known_before
 
 
 def simplified(hand: Round, given: int) -> Round:
@@ -75,4 +75,4 @@ def always(hand: Round, place: int) -> Fitted:
     """Refit the model in hand with the term at `place` there from the start."""
     fitted = hand.fitted
     use = replace(fitted.model.physics[place], onset=None)
-    return fit_knobs(hand.misfit, fitted.model.with_use(place, use), fitted.knobs, 4)
+    return fit_knobs(hand.misfit, fitted.model.with_use(place, use), fitted.knobs, 4, known_before(fitted, place))

@@ -48,6 +48,12 @@ def fit_knobs(
     return balanced(misfit, levenberg(misfit, model, knobs, rounds, tolerance, known))
 
 
+def known_before(fitted: Fitted, place: int) -> Array:
+    """Slopes of the knobs before those of the term at `place`, good enough for a fit in which only that one changes."""
+    first = next((i for i, knob in enumerate(fitted.knobs) if knob.place == place), len(fitted.knobs))
+    return np.asarray(fitted.jacobian[:, :first])
+
+
 def nearing(misfit: Misfit, fitted: Fitted, best: float, enough: float) -> Fitted:
     """Go on fitting while that makes up half of what `fitted` costs more than `best`, until it is `enough`.
 
