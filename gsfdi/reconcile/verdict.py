@@ -70,14 +70,7 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     if strays(case.logged, case.refitted, case.updated, held_out=True):
         return "unexplained"
     piled = [name.use.term for name in case.found if name.use.term in PLANT]
-    if (
-        len(piled) > 1
-        or sets_in_anew(case)
-        or is_series(case)
-        or bent_by_law(case)
-        or is_far(case)
-        or is_in_pieces(case)
-    ):
+    if len(piled) > 1 or any(sign(case) for sign in (sets_in_anew, is_series, bent_by_law, is_far, is_in_pieces)):
         # a joint of which two numbers are far off at once has another law than any of these
         return "partly_explained"
     physics = any(not is_sensor(name.use.term) for name in case.found)
