@@ -793,6 +793,9 @@ def test_a_slight_term_mends_the_law_of_a_weightier_one() -> None:
     assert least_share(0, [(stribeck, 0.99), (viscous, 0.01)], shelf_terms) == 0.0
     one_way = TermUse("asymmetric_friction", {"difference_nm": 1.0, "difference_nms_rad": 0.0})
     assert least_share(1, [(stribeck, 0.99), (one_way, 0.01)], shelf_terms) == 0.0
+    lag, inertia = TermUse("velocity_lag", {"lag_s": 0.01}), TermUse("motor_inertia_change", {"ratio": 1.85})
+    assert least_share(1, [(lag, 0.994), (inertia, 0.006)], shelf_terms) > 0.006
+    assert least_share(1, [(viscous, 0.994), (inertia, 0.006)], shelf_terms) == 0.0
 
 
 def test_a_bristle_that_bends_within_a_sample_is_dry_friction() -> None:

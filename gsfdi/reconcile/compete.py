@@ -7,7 +7,7 @@ beats what chance would give the luckiest of as many offers on this very motion.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from gsfdi.fit import Knob
 from gsfdi.model import JointModel, TermUse
@@ -44,6 +44,7 @@ from gsfdi.reconcile.hand import (
     refined,
     settle,
     started,
+    without_terms,
 )
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.lagging import beside_positions
@@ -137,22 +138,21 @@ def compete(
     list of Contest
     """
     shelf_terms = possible(first.stand, shelf_terms, level)
-    window = typical_window(first.stand, first.innovations)
+    given, window = len(model.physics), typical_window(first.stand, first.innovations)
     if window != first.stand.window:
         first = opening(first.stand.judged_in(window), model, level)
-    first, hand, contests = rounds(first, shelf_terms, len(model.physics), most)
-    found, floor = hand.fitted.model.physics[len(model.physics) :], effort_floor(first.stand)
-    if pieces_of(found) >= PIECES or not (
-        leaves_nothing(hand, floor) or missing(hand, floor) < DETAIL * missing(first, floor)
-    ):
+    first, hand, contests = rounds(first, shelf_terms, given, most)
+    found, floor = hand.fitted.model.physics[given:], effort_floor(first.stand)
+    explains = leaves_nothing(hand, floor) or missing(hand, floor) < DETAIL * missing(first, floor)
+    if not explains or pieces_of(found) >= PIECES:
         return first, hand, contests  # what is kept for judging has no part in what is missing yet
     window = typical_window(first.stand, hand.innovations)  # an end stop that is met then only shows in a good fit
     if window == first.stand.window:
         window = dating_window(first.stand, found)
-        if window == first.stand.window or not is_dated(hand, len(model.physics), floor):
+        if window == first.stand.window or not is_dated(hand, given, floor):
             return first, hand, contests
     first = opening(first.stand.judged_in(window), model, level)
-    return rounds(first, shelf_terms, len(model.physics), most)
+    return rounds(first, shelf_terms, given, most)
 
 
 def rounds(
@@ -220,14 +220,8 @@ def _rounds(
 
 def is_dated(hand: Round, given: int, floor: Array) -> bool:
     """Whether what sets in accounts for most of what the model in hand would lack without it."""
-    fitted, physics = hand.fitted, hand.fitted.model.physics
-    kept = [place for place, use in enumerate(physics) if place < given or use.onset is None]
-    model = replace(fitted.model, physics=tuple(physics[place] for place in kept))
-    knobs = [
-        k if k.place < 0 else replace(k, place=kept.index(k.place))
-        for k in fitted.knobs
-        if k.place < 0 or k.place in kept
-    ]
+    begun = [i for i, use in enumerate(hand.fitted.model.physics) if i >= given and use.onset is not None]
+    model, knobs, _ = without_terms(hand.fitted, begun)
     return missing(hand, floor) < DATED * missing(settle(hand.stand, model, knobs, floor), floor)
 
 
@@ -317,9 +311,9 @@ def loosened(hand: Round, winner: Entry, settled: Round, shelf_terms: Mapping[st
     if use is None or winner.gain < UNPROMISED * winner.linear:
         return settled
     place, model = len(hand.fitted.model.physics), settled.fitted.model
-    knobs = [knob for knob in settled.fitted.knobs if knob.place != place]
+    bare, knobs, _ = without_terms(settled.fitted, [place])
     enough = IDLE * likelier(settled, hand)
-    without = settle(hand.stand, replace(model, physics=model.physics[:place]), knobs, floor)
+    without = settle(hand.stand, bare, knobs, floor)
     if likelier(without, hand) > enough:
         return without
     return hand if likelier(settle(hand.stand, model.with_use(place, use), knobs, floor), hand) > enough else settled

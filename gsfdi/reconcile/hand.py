@@ -1,6 +1,6 @@
 """A model in hand: fitted to the recordings, with its noise model, ready to be compared with what could join it."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -86,6 +86,16 @@ def is_sensor(term: str) -> bool:
 def with_term(model: JointModel, use: TermUse) -> JointModel:
     """`model` with one term more."""
     return replace(model, physics=(*model.physics, use))
+
+
+def without_terms(fitted: Fitted, gone: Collection[int]) -> tuple[JointModel, list[Knob], list[int]]:
+    """Model without the terms at some places, the knobs that it keeps, and which of those in hand they were."""
+    physics = fitted.model.physics
+    kept = [place for place in range(len(physics)) if place not in gone]
+    moved = {place: i for i, place in enumerate(kept)}
+    keep = [i for i, knob in enumerate(fitted.knobs) if knob.place not in gone]
+    knobs = [replace(k, place=moved.get(k.place, k.place)) for k in (fitted.knobs[i] for i in keep)]
+    return replace(fitted.model, physics=tuple(physics[place] for place in kept)), knobs, keep
 
 
 def misfit_under(stand: Bench, tools: list[Whitener]) -> Misfit:

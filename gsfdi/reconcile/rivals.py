@@ -10,7 +10,7 @@ from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import Contest
 from gsfdi.reconcile.finalists import KNOB_COST, has_ended, is_at_bound, is_chance, never_slips
-from gsfdi.reconcile.hand import Round, settle, sticks, with_term
+from gsfdi.reconcile.hand import Round, settle, sticks, with_term, without_terms
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.say import CONFUSED
@@ -62,13 +62,11 @@ def rivals(
     own, hopeless = hand.fitted.model.physics[place], max(HOPELESS, HARDLY * gain)
     if any(own.term in shelf_terms[use.term].beside for use in hand.fitted.model.physics[given:]):
         return []  # another is there to shape this one
-    others = (*hand.fitted.model.physics[:place], *hand.fitted.model.physics[place + 1 :])
-    keep = [i for i, k in enumerate(hand.fitted.knobs) if k.place != place]
-    rest = [replace(k, place=k.place - (k.place > place)) for k in (hand.fitted.knobs[i] for i in keep)]
+    bare, rest, keep = without_terms(hand.fitted, [place])
     found, moot, ended = [], moot_by_shift(hand.fitted), has_ended(hand.fitted, shelf_terms, place)
     finalists = [entry for entry in contest.entries if entry.fitted is not None]
     for entry in (*finalists, *unfitted_likes(own, contest)):
-        if entry.offer.term in moot or not may_replace(entry, own, others, given, shelf_terms):
+        if entry.offer.term in moot or not may_replace(entry, own, bare.physics, given, shelf_terms):
             continue
         use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
         use = former.get((entry.offer.term, entry.offer.side), use)
@@ -78,7 +76,7 @@ def rivals(
         once = use.onset is not None or entry.fitted is None
         if own.onset is not None and (once or (confused and shelf_terms[use.term].sets_in != "never")):
             use = replace(use, onset=own.onset)  # what happened then is the question, not when
-        model = with_term(replace(hand.fitted.model, physics=others), use)
+        model = with_term(bare, use)
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
         known, beyond = hand.fitted.jacobian[:, keep], (entry.offer.term, entry.offer.side) in contest.beyond
         fitted = fit_knobs(hand.misfit, model, knobs, 1 if beyond else 4, known)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from gsfdi.fit import Fitted
 from gsfdi.reconcile.finalists import KNOB_COST
-from gsfdi.reconcile.hand import Round, around
+from gsfdi.reconcile.hand import Round, around, without_terms
 from gsfdi.reconcile.screen import EARLIEST, refined_onset
 from gsfdi.reconcile.turning import fit_knobs, known_before
 
@@ -58,9 +58,7 @@ def _sets_in(hand: Round, place: int) -> bool:
 def without(hand: Round, place: int) -> Fitted:
     """Refit the model in hand without the term at `place`; the same term on the other side may set in for both."""
     fitted, gone = hand.fitted, hand.fitted.model.physics[place]
-    model = replace(fitted.model, physics=(*fitted.model.physics[:place], *fitted.model.physics[place + 1 :]))
-    keep = [i for i, k in enumerate(fitted.knobs) if k.place != place]
-    knobs = [replace(fitted.knobs[i], place=fitted.knobs[i].place - (fitted.knobs[i].place > place)) for i in keep]
+    model, knobs, keep = without_terms(fitted, [place])
     known = fitted.jacobian[:, keep]
     alone = fit_knobs(hand.misfit, model, knobs, 3, known)
     for i, use in enumerate(model.physics):
