@@ -17,13 +17,13 @@ from gsfdi.reconcile import Reconciliation, reconcile, twin, verdict
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.clean import learn_law
-from gsfdi.reconcile.compete import Contest, is_dated, opening, to_settle
+from gsfdi.reconcile.compete import Contest, is_dated, is_over, opening, to_settle
 from gsfdi.reconcile.dating import dated, middle, moments_of
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.entries import ranked
 from gsfdi.reconcile.finalists import FINALISTS, finalists_of, is_at_bound, never_slips
 from gsfdi.reconcile.gaps import at_corners, at_jolts, stretches
-from gsfdi.reconcile.hand import settle, with_term
+from gsfdi.reconcile.hand import Round, settle, with_term
 from gsfdi.reconcile.judge import Name, Rival, alike, contest_of, is_nothing
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.lagging import beside_positions, kinematic_lag
@@ -34,6 +34,7 @@ from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.sheet import Held, LawFinding, Log, sheet_of
+from gsfdi.reconcile.simpler import fewer
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, sets_in_anew, strained
@@ -319,6 +320,68 @@ def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
         updated=None,
     )
     assert verdict.verdict_of(case, [{"term": term}], 0.7) == expected  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("left", "torque", "by_twin", "held_out", "hopeless"),
+    [
+        (0.9, 0.2, 0.0, 0.9, True),
+        (0.7, 0.2, 0.0, 0.9, False),
+        (0.9, 0.2, 0.0, 0.7, False),
+        (0.9, 0.2, 0.018, 0.9, False),
+        (0.9, 0.02, 0.0, 0.9, False),
+    ],
+)
+def test_what_leaves_nearly_all_of_a_mismatch_is_going_to_be_no_name(
+    left: float, torque: float, by_twin: float, held_out: float, hopeless: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verdict, "left_by_twin", lambda *args: by_twin)
+    monkeypatch.setattr(verdict, "left_over", lambda *args: held_out)
+    stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0, period=0.01))
+    fitted = SimpleNamespace(knobs=[], values=[], model=NOMINAL)
+    case = SimpleNamespace(
+        hand=SimpleNamespace(fitted=fitted, torque=np.array([torque, 0.0])), floor=np.array([0.01, 0.0]),
+        stand=stand, logged=stand, refitted=None, updated=None,
+    )  # fmt: skip
+    assert verdict.is_hopeless(case, left) is hopeless  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("won", "terms", "left", "over"),
+    [
+        (1, ("cogging",), 1.0, False),
+        (2, ("cogging", "cable_harness"), 0.95, True),
+        (2, ("cogging", "position_bias"), 0.95, False),  # what is seen wrongly is no torque
+        (2, ("cogging", "cable_harness"), 0.8, False),
+        (3, ("cogging", "cable_harness", "viscous_friction"), 0.3, True),
+        (3, ("cogging", "cable_harness", "viscous_friction"), 0.1, False),
+        (5, ("cogging",), 0.0, True),
+    ],
+)
+def test_a_competition_is_over_where_its_winners_explain_little(
+    won: int, terms: tuple[str, ...], left: float, over: bool
+) -> None:
+    assert is_over(won, [TermUse(term) for term in terms], left, 5) is over
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 1.0])
+def test_a_like_of_one_term_may_make_another_needless(stiffness: float) -> None:
+    load, cable = TermUse("constant_load", {"torque_nm": 1.0}), {"stiffness_nm_rad": stiffness, "rest_rad": 0.0}
+    weight = TermUse("gravity_unbalance", {"torque_nm": 1.0, "angle_rad": -0.5 * np.pi})
+    true = (load, TermUse("cable_harness", cable)) if stiffness else (load,)
+    stand = bench([recorded(replace(NOMINAL, physics=true))], NOMINAL)
+    first = opening(stand, NOMINAL, 0.0)
+
+    def fitted(*uses: TermUse) -> Round:
+        model = with_term(with_term(first.fitted.model, uses[0]), uses[1])
+        knobs = [*first.fitted.knobs, *term_knobs(stand, model, 0), *term_knobs(stand, model, 1)]
+        return settle(stand, model, knobs, effort_floor(stand))
+
+    spring = TermUse("cable_harness", {"stiffness_nm_rad": 0.1 + stiffness, "rest_rad": 0.0})
+    hand, like = fitted(spring, weight), fitted(spring, load)
+    less = fewer(hand, 0, [[hand.fitted], [like.fitted]])
+    assert (less is None) is (stiffness > 0.0)
+    assert less is None or [use.term for use in less.model.physics] == ["constant_load"]
 
 
 def test_a_lubricant_that_yields_shapes_the_friction_that_is_there() -> None:

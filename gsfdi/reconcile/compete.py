@@ -38,6 +38,7 @@ from gsfdi.reconcile.hand import (
     Turn,
     coarse,
     from_below,
+    is_sensor,
     leaves_nothing,
     likelier,
     missing,
@@ -89,6 +90,8 @@ MAIN = 3
 """Terms that must account for most of what is missing before a further one may join."""
 DETAIL = 0.2
 """Share of the missing torque up to which what is left is a detail that one may refine."""
+NOTHING = 0.9
+"""The same from which two terms explain nothing, and a third would not, either."""
 DATED = 0.5
 """Share of what is missing without all that sets in up to which it matters when that does."""
 PIECES = 3
@@ -213,9 +216,27 @@ def _rounds(
             hand = relawed(hand, place, shelf_terms[use.term], floor)
             hand = retuned(hand, place, shelf_terms[use.term], floor)
         left = missing(hand, floor) / max(missing(first, floor), 1e-300)
-        pieces = pieces_of(hand.fitted.model.physics[given:])
-        if len(contests) >= most or pieces >= PIECES or (len(contests) >= MAIN and left > DETAIL):
+        if is_over(len(contests), hand.fitted.model.physics[given:], left, most):
             return first, hand, contests
+
+
+def is_over(won: int, found: Sequence[TermUse], left: float, most: int) -> bool:
+    """Whether no further term is looked for: there are enough, or they are pieces of something else.
+
+    Parameters
+    ----------
+    won : int
+        Contests that a term has won.
+    found : sequence of TermUse
+        What came of them.
+    left : float
+        Share of the missing torque that is left beside these.
+    most : int
+        Terms that may join at most.
+    """
+    if won >= most or pieces_of(found) >= PIECES or (won >= MAIN and left > DETAIL):
+        return True
+    return won > 1 and left > NOTHING and not any(is_sensor(use.term) for use in found)
 
 
 def is_dated(hand: Round, given: int, floor: Array) -> bool:

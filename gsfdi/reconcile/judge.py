@@ -19,7 +19,7 @@ from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.regauge import regauged
 from gsfdi.reconcile.rivals import DRY, rivals
 from gsfdi.reconcile.sheet import LawFinding
-from gsfdi.reconcile.simpler import there_all_along, without
+from gsfdi.reconcile.simpler import fewer, there_all_along, without
 from gsfdi.reconcile.ticks import CLOCKS, READ, unshifted
 from gsfdi.reconcile.trifles import TRIVIAL, pruned
 from gsfdi.reconcile.turning import nearing, spread_of
@@ -127,6 +127,7 @@ def names(
     contests: Sequence[Contest],
     shelf_terms: Mapping[str, PhysicsTerm],
     shown: Sequence[LawFinding] = (),
+    thorough: bool = True,
 ) -> tuple[Round, list[Name]]:
     """Name the terms of the model in hand, swapping any that a rival does better under the final noise.
 
@@ -142,9 +143,12 @@ def names(
         The library.
     shown : sequence of LawFinding
         What the law or the values have shown to be wrong already, beside which any term must be needed.
+    thorough : bool
+        See `rivals`.
     """
     hand = regauged(dated(unshifted(unrefined(pruned(hand, given, shelf_terms))), given), given)
     found: list[Name] = []
+    likes: list[list[Fitted]] = []
     place = given
     swaps, former = 0, dict[tuple[str, str | None], TermUse]()
     while place < len(hand.fitted.model.physics):
@@ -152,9 +156,11 @@ def names(
         contest = contest_of(use, contests)
         bare = without(hand, place)
         gain = max(bare.cost - hand.fitted.cost, 0.0)
-        if swaps and gain < WITHIN:  # it mended what was wrong with the one that has lost its place
-            return names(around(hand, bare), given, contests, shelf_terms, shown)
-        rows = rivals(hand, place, given, contest, shelf_terms, gain, former) if contest is not None else []
+        if swaps and gain < WITHIN * inflation(hand):  # it mended what was wrong with the one that has lost its place
+            return names(around(hand, bare), given, contests, shelf_terms, shown, thorough)
+        rows = []
+        if contest is not None:
+            rows = rivals(hand, place, given, contest, shelf_terms, gain, former, thorough)
         odds = [_odds(hand, use, f, merit, gain) + _prior(f.model.physics[-1], shelf_terms, hand) for merit, f in rows]
         own = _prior(use, shelf_terms, hand)
         if odds and max(odds) > own + 0.1 and swaps < 3:
@@ -162,7 +168,7 @@ def names(
             former[use.term, use.side] = use
             hand, swaps = there_all_along(around(hand, better), given), swaps + 1
             if not alike(hand, use, better.model.physics[-1]):  # the others were held beside another model
-                place, found = given, []
+                place, found, likes = given, [], []
             continue
         weights = np.exp(np.array([own, *odds]) - max([own, *odds]))
         weights /= weights.sum()
@@ -176,7 +182,11 @@ def names(
             weight for (_, f), weight in zip(rows, weights[1:], strict=True) if f.model.physics[-1].term == use.term
         ]
         found.append(Name(use, float(weights[0] + sum(same)), 0.0, {}, others))
+        likes.append([f for (_, f), weight in zip(rows, weights[1:], strict=True) if weight > CLOSE * weights[0]])
         place += 1
+    less = fewer(hand, given, likes)
+    if less is not None:
+        return names(around(hand, less), given, contests, shelf_terms, shown, thorough)
     hand = freed(hand)
     bares = [bared(hand, given + i) for i in range(len(found))]
     found, beside = _with_intervals(hand, given, found, bares), bool(shown) or len(found) > 1
@@ -185,7 +195,7 @@ def names(
     for i, (name, bare) in enumerate(zip(found, bares, strict=True)):
         least = needless(hand, given + i, name, shelf_terms[name.use.term], beside)
         if bare.cost - hand.fitted.cost < max(least, moved if is_sensor(name.use.term) else 0.0):
-            return names(around(hand, bare), given, contests, shelf_terms, shown)
+            return names(around(hand, bare), given, contests, shelf_terms, shown, thorough)
     return hand, found
 
 

@@ -39,6 +39,7 @@ def rivals(
     shelf_terms: Mapping[str, PhysicsTerm],
     gain: float,
     former: Mapping[tuple[str, str | None], TermUse],
+    thorough: bool = True,
 ) -> list[tuple[float, Fitted]]:
     """Refit the model in hand with each finalist of a contest in the place of a term; merits beside it.
 
@@ -58,6 +59,9 @@ def rivals(
         Log-likelihood that the term gains.
     former : mapping of tuple to TermUse
         Terms that have been in hand and lost their place, by name and side, with the numbers they had.
+    thorough : bool
+        Whether to look for the moment at which a rival sets in, and for the noise that suits it: where much is missing
+        beside any of them, that tells nothing, and took a third of the time.
     """
     own, hopeless = hand.fitted.model.physics[place], max(HOPELESS, HARDLY * gain)
     if any(own.term in shelf_terms[use.term].beside for use in hand.fitted.model.physics[given:]):
@@ -81,11 +85,11 @@ def rivals(
         known, beyond = hand.fitted.jacobian[:, keep], (entry.offer.term, entry.offer.side) in contest.beyond
         fitted = fit_knobs(hand.misfit, model, knobs, 1 if beyond else 4, known)
         fitted = fitted if beyond else nearing(hand.misfit, fitted, hand.fitted.cost, hopeless)
-        if use.onset is not None and fitted.cost - hand.fitted.cost < 10 * hopeless:
+        if thorough and use.onset is not None and fitted.cost - hand.fitted.cost < 10 * hopeless:
             if own.onset is None:
                 fitted = elsewhere(hand, fitted, known)
             fitted = refined_onset(hand, fitted, len(model.physics) - 1, hand.stand.scales.seconds / ONSETS, known)
-        alike = ended or confused
+        alike = thorough and (ended or confused)
         if fitted.cost - hand.fitted.cost > hopeless and alike and not beyond and may_stick(model, own, shelf_terms):
             # under the noise of a model that lacks nothing, a joint that sticks keeps a fit from going far
             fitted = settle(hand.stand, model, knobs, effort_floor(hand.stand)).fitted

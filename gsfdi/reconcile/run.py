@@ -1,6 +1,7 @@
 """Reconcile one joint: settle the contract, let terms compete, name them, verify on held-out data, and say it."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.calibrate import by_chance
 from gsfdi.reconcile.case import Case
-from gsfdi.reconcile.compete import Contest, compete, undecided
+from gsfdi.reconcile.compete import DETAIL, MAIN, Contest, compete, undecided
 from gsfdi.reconcile.contract import Settled
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
 from gsfdi.reconcile.entries import groups_of, law_entries, parameters_of, shift_entries, smallest_seen, term_entries
@@ -27,7 +28,7 @@ from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
 from gsfdi.reconcile.ticks import shift_of
 from gsfdi.reconcile.twin import is_imitated
-from gsfdi.reconcile.verdict import PARTLY, bent_by_law, left_of, verdict_of
+from gsfdi.reconcile.verdict import PARTLY, bent_by_law, is_hopeless, left_of, verdict_of
 from gsfdi.reconcile.verify import left_over
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
@@ -59,8 +60,12 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
     if is_noise(first, contests[0], settled, seen, terms):
         offers = all_offers(first, terms, len(settled.model.physics))
         hand, contests = first, [undecided(first, screen(first, offers), contests[0].entries, terms)]
-    hand, found = names(hand, len(settled.model.physics), contests, terms, settled.findings)
-    return _told(Case(records[0].joint, model, settled, first, hand, contests, found, terms))
+    case = Case(records[0].joint, model, settled, first, hand, contests, [], terms)
+    given, left = len(settled.model.physics), left_of(case)
+    told = () if is_hopeless(case, left) else contests  # of what is no name nobody asks what else it may be
+    thorough = left <= DETAIL or len(hand.fitted.model.physics) < given + MAIN
+    hand, found = names(hand, given, told, terms, settled.findings, thorough)
+    return _told(replace(case, hand=hand, found=found))
 
 
 def is_noise(

@@ -1,5 +1,6 @@
 """A model made simpler: what the terms that came later have made needless goes again."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from gsfdi.fit import Fitted
@@ -44,6 +45,32 @@ def there_all_along(hand: Round, given: int) -> Round:
         if use.onset is not None and use.onset < EARLIEST * hand.stand.scales.seconds:
             hand = around(hand, always(hand, place))
     return hand
+
+
+def fewer(hand: Round, given: int, likes: Sequence[Sequence[Fitted]]) -> Fitted | None:
+    """Put a like in the place of a term where it makes another needless that has likes, too; None where none does.
+
+    A cable and a weight stood for a constant load: with that in the place of either, the other was nothing.
+
+    Parameters
+    ----------
+    hand : Round
+        The model in hand and its fit.
+    given : int
+        Terms of the nominal model, which stay.
+    likes : sequence of sequence of Fitted
+        For every term that was found the model with one that the data cannot tell from it as its last.
+    """
+    doubted = [place for place, others in enumerate(likes) if others]
+    for place in doubted:
+        for like in likes[place]:
+            for other in doubted:
+                if other == place:
+                    continue
+                bare = without(around(hand, like), given + other - (other > place))
+                if bare.cost - hand.fitted.cost < _price(hand, given + other):
+                    return bare
+    return None
 
 
 def _price(hand: Round, place: int) -> float:

@@ -25,6 +25,8 @@ REMAINS = 0.12
 """Share of the missing torque (root mean square) that may remain when a mismatch is called explained."""
 PARTLY = 0.6
 """Share of the mismatch that may remain when what was found is worth a name: of torque, or of held-out misfits."""
+HOPELESS = 0.8
+"""The same before rivals of what was found are tried, which might leave less."""
 MATERIAL = 0.01
 """Share of the drive's torque below which a mismatch without a name is not worth reporting."""
 NOISY = 3.0
@@ -49,7 +51,8 @@ def left_of(case: Case) -> float:
     As torque where torque is missing; but its noise is known on a coarse scale only, on which a faint effect makes no
     step, so that white innovations have the last word on what is not explained.
     """
-    if any(is_sensor(name.use.term) for name in case.found):
+    found = case.hand.fitted.model.physics[len(case.settled.model.physics) :]
+    if any(is_sensor(use.term) for use in found):
         return white_left(case.first, case.hand, case.floor)
     left = torque_left(case.first, case.hand, case.floor)
     if left <= REMAINS:
@@ -59,9 +62,7 @@ def left_of(case: Case) -> float:
 
 def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) -> Outcome:
     """Draw the verdict from what was named and what remains."""
-    remains, known = (float(np.linalg.norm(t)) / case.stand.scales.torque for t in (case.hand.torque, case.floor))
-    stepped = min(left_by_shift(case.hand.fitted, case.stand.scales.period), SIMULATED)
-    near_noise = remains <= max(NOISY * known, stepped)
+    remains, near_noise = remaining(case)
     material = remains > MATERIAL and not near_noise
     if not entries:
         if material and remains > AS_MUCH * left_by_twin(case.first.stand, case.refitted):
@@ -72,15 +73,38 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     piled = [name.use.term for name in case.found if name.use.term in PLANT]
     if len(piled) > 1 or any(sign(case) for sign in (sets_in_anew, is_series, bent_by_law, is_far, is_in_pieces)):
         # a joint of which two numbers are far off at once has another law than any of these
-        return "partly_explained"
+        return "unexplained" if is_hopeless(case, left, PARTLY) else "partly_explained"
     physics = any(not is_sensor(name.use.term) for name in case.found)
     if left <= REMAINS or not (physics or material):  # an error of what is seen is no missing torque
         return "explained"
     if (near_noise and follows(case)) or remains <= AS_GOOD * left_by_twin(case.stand, case.updated):
         return "explained"
-    if not near_noise and left >= PARTLY and left_over(case.logged, case.refitted, case.updated) >= PARTLY:
-        return "unexplained"
-    return "partly_explained"
+    return "unexplained" if explains_little(case, left) else "partly_explained"
+
+
+def is_hopeless(case: Case, left: float, most: float = HOPELESS) -> bool:
+    """Whether what was found leaves more than a share `most` of a mismatch that is not of the simulation's own making.
+
+    Then none of it is going to be a name.
+    """
+    remains, _ = remaining(case)
+    if remains <= MATERIAL or not explains_little(case, left, most):
+        return False
+    return remains > AS_GOOD * left_by_twin(case.stand, case.updated)
+
+
+def remaining(case: Case) -> tuple[float, bool]:
+    """Torque that is still missing, as a share of the drive's, and whether that is near the noise that is known."""
+    remains, known = (float(np.linalg.norm(t)) / case.stand.scales.torque for t in (case.hand.torque, case.floor))
+    stepped = min(left_by_shift(case.hand.fitted, case.stand.scales.period), SIMULATED)
+    return remains, remains <= max(NOISY * known, stepped)
+
+
+def explains_little(case: Case, left: float, most: float = PARTLY) -> bool:
+    """Whether more than a share `most` is left of the missing torque, and of what simulations miss where held out."""
+    if left < most or remaining(case)[1]:
+        return False
+    return left_over(case.logged, case.refitted, case.updated) >= most
 
 
 def follows(case: Case) -> bool:
