@@ -347,21 +347,22 @@ def test_what_leaves_nearly_all_of_a_mismatch_is_going_to_be_no_name(
 
 
 @pytest.mark.parametrize(
-    ("won", "terms", "left", "over"),
+    ("won", "terms", "left", "unsaid", "over"),
     [
-        (1, ("cogging",), 1.0, False),
-        (2, ("cogging", "cable_harness"), 0.95, True),
-        (2, ("cogging", "position_bias"), 0.95, False),  # what is seen wrongly is no torque
-        (2, ("cogging", "cable_harness"), 0.8, False),
-        (3, ("cogging", "cable_harness", "viscous_friction"), 0.3, True),
-        (3, ("cogging", "cable_harness", "viscous_friction"), 0.1, False),
-        (5, ("cogging",), 0.0, True),
+        (1, ("cogging",), 1.0, 1.0, False),
+        (2, ("cogging", "cable_harness"), 0.95, 0.98, True),
+        (2, ("cogging", "position_bias"), 0.95, 0.98, False),  # what is seen wrongly is no torque
+        (2, ("cogging", "cable_harness"), 0.8, 0.98, False),
+        (2, ("cogging", "cable_harness"), 0.95, 0.2, False),
+        (3, ("cogging", "cable_harness", "viscous_friction"), 0.3, 0.2, True),
+        (3, ("cogging", "cable_harness", "viscous_friction"), 0.1, 0.2, False),
+        (5, ("cogging",), 0.0, 0.0, True),
     ],
 )
 def test_a_competition_is_over_where_its_winners_explain_little(
-    won: int, terms: tuple[str, ...], left: float, over: bool
+    won: int, terms: tuple[str, ...], left: float, unsaid: float, over: bool
 ) -> None:
-    assert is_over(won, [TermUse(term) for term in terms], left, 5) is over
+    assert is_over(won, [TermUse(term) for term in terms], left, unsaid, 5) is over
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 1.0])

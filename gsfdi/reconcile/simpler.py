@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import permutations
 
 from gsfdi.fit import Fitted
 from gsfdi.reconcile.finalists import KNOB_COST
@@ -62,14 +63,11 @@ def fewer(hand: Round, given: int, likes: Sequence[Sequence[Fitted]]) -> Fitted 
         For every term that was found the model with one that the data cannot tell from it as its last.
     """
     doubted = [place for place, others in enumerate(likes) if others]
-    for place in doubted:
+    for place, other in permutations(doubted, 2):
         for like in likes[place]:
-            for other in doubted:
-                if other == place:
-                    continue
-                bare = without(around(hand, like), given + other - (other > place))
-                if bare.cost - hand.fitted.cost < _price(hand, given + other):
-                    return bare
+            bare = without(around(hand, like), given + other - (other > place))  # the like is the last of its terms
+            if bare.cost - hand.fitted.cost < _price(hand, given + other):
+                return bare
     return None
 
 
