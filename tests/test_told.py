@@ -1,6 +1,7 @@
 """The speed that a law tells where none is logged, and gains that only such a speed shows."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from rigid import JOINT
 
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
-from gsfdi.reconcile import Reconciliation, reconcile
+from gsfdi.reconcile import Reconciliation, gains, reconcile
 from gsfdi.reconcile.bench import bench, shared_noise
 from gsfdi.reconcile.clean import learn_law, rough_law
 from gsfdi.reconcile.compete import opening
@@ -309,3 +310,26 @@ def test_a_told_speed_shares_no_more_noise_with_the_drive_than_either_has() -> N
     steps, present = np.r_[0, np.ones(99, dtype=np.int64)], np.ones(100, dtype=np.bool_)
     torque = np.array([0.5, 0.1])
     assert np.isfinite(whitener(system, np.zeros((4, 2)), 1e-6 * np.eye(4), torque, steps, present).weights).all()
+
+
+@pytest.mark.parametrize(
+    ("delay", "before", "tried"), [(-0.016, True, False), (-0.016, False, True), (0.01, True, True)]
+)
+def test_a_speed_that_is_younger_than_now_takes_no_finding_away(
+    delay: float, before: bool, tried: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late = LawFinding("derivative_delay", {"delay_s": delay}, None, 504.0, 0.1, 1e-4)
+    gain = LawFinding("current_gain", {"ratio": 0.9}, None, 25000.0, 1.0, 1e-3)
+    monkeypatch.setattr(gains, "suspects", lambda *args: [late])
+    monkeypatch.setattr(gains, "best_term", lambda *args: None)
+    monkeypatch.setattr(gains, "likelier_law", lambda *args: 0.0)
+    monkeypatch.setattr(gains, "is_better", lambda *args: False)
+    opened: list[tuple[LawFinding, ...]] = []
+    bare = SimpleNamespace(settled=SimpleNamespace(model=JOINT), first=None, beyond=(gain,) if before else ())
+
+    def opener(beyond: tuple[LawFinding, ...]) -> SimpleNamespace:
+        opened.append(beyond)
+        return bare
+
+    assert not list(gains.better_ones(bare, opener, {}, ()))  # type: ignore[arg-type]
+    assert bool(opened) is tried

@@ -90,6 +90,8 @@ def better_ones(
             continue
         # a clock comes alone: gains stood in for it
         anew = finding.term in CLOCKS and finding.term not in {f.term for f in found.beyond}
+        if anew and found.beyond and finding.values["delay_s"] < 0:
+            continue  # no speed is younger than now: that only mends the law that the others are wrong of
         other = opened((finding,) if anew else (*found.beyond, finding))
         for _ in range(FINER):
             again = [f for f in suspects(other.first, finding.term) if f.term == finding.term]
