@@ -162,6 +162,11 @@ class Bench:
         """1 for every row of a record that counts, 0 during warm-up and where it is kept for judging."""
         return self.counts[record]
 
+    @property
+    def told(self) -> float:
+        """Number of values that count, over all records."""
+        return float(sum(counts.sum() for counts in self.counts))
+
     def judged_in(self, window: tuple[float, float]) -> "Bench":
         """Give the bench that keeps another part of the time for judging, as shares."""
         moved = replace(self, window=window)

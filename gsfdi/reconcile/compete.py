@@ -93,7 +93,7 @@ MAIN = 3
 DETAIL = 0.2
 """Share of the missing torque up to which what is left is a detail that one may refine."""
 NOTHING = 0.9
-"""The same from which two terms explain nothing, and a third would not, either."""
+"""Share of the missing torque, and of what is unforeseen, from which two terms explain nothing, nor would a third."""
 DATED = 0.5
 """Share of what is missing without all that sets in up to which it matters when that does."""
 PIECES = 3
@@ -218,8 +218,7 @@ def _rounds(
             hand = relawed(hand, place, shelf_terms[use.term], floor)
             hand = retuned(hand, place, shelf_terms[use.term], floor)
         left = missing(hand, floor) / max(missing(first, floor), 1e-300)
-        samples = sum(float(np.sum(hand.stand.awake(i))) for i in range(len(hand.stand.records)))
-        unsaid = float(np.exp(-likelier(hand, first) / samples))
+        unsaid = float(np.exp(-likelier(hand, first) / hand.stand.told))
         if is_over(len(contests), hand.fitted.model.physics[given:], left, unsaid, most):
             return first, hand, contests
 
@@ -236,7 +235,7 @@ def is_over(won: int, found: Sequence[TermUse], left: float, unsaid: float, most
     left : float
         Share of the missing torque that is left beside these.
     unsaid : float
-        Share of what is unforeseen of a sample that is left. A cogging and a spring that stiffens took next to nothing
+        Share of what is unforeseen of a value that is left. A cogging and a spring that stiffens took next to nothing
         off the missing torque beside a bristle of twice their size, and gained 34,000 together.
     most : int
         Terms that may join at most.

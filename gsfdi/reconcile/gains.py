@@ -139,8 +139,7 @@ def likelier_law(finding: LawFinding, other: Round, first: Round) -> float:
     if other.stand.lever == 0:  # the data are no longer the same
         return finding.gain
     first = over_the_same(first, other)
-    told = sum(float(first.stand.awake(i).sum()) / 2 for i in range(len(first.stand.records)))
-    return likelier(other, first) + told * float(np.log(other.stand.lever / first.stand.lever))
+    return likelier(other, first) + 0.5 * first.stand.told * float(np.log(other.stand.lever / first.stand.lever))
 
 
 def over_the_same(first: Round, other: Round) -> Round:

@@ -315,5 +315,4 @@ def _share(before: float, after: float) -> float:
 def _beyond_noise(hand: Round, floor: Array) -> float:
     """Root mean square of the white innovations beyond the noise that is known to be there, in units of that noise."""
     white = hand.stand.white([e[None] for e in hand.innovations], hand.stand.whiteners(floor))[0]
-    count = sum(float(hand.stand.awake(i).sum()) for i in range(len(hand.stand.records)))
-    return float(np.sqrt(max(white @ white / max(count, 1.0) - 1.0, 0.0)))
+    return float(np.sqrt(max(white @ white / max(hand.stand.told, 1.0) - 1.0, 0.0)))

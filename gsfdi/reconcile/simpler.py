@@ -55,10 +55,8 @@ def fewer(hand: Round, given: int, likes: Sequence[Sequence[Fitted]]) -> Fitted 
 
     Parameters
     ----------
-    hand : Round
-        The model in hand and its fit.
-    given : int
-        Terms of the nominal model, which stay.
+    hand, given
+        See `simplified`.
     likes : sequence of sequence of Fitted
         For every term that was found the model with one that the data cannot tell from it as its last.
     """
