@@ -22,7 +22,7 @@ def test_friction_is_found_although_the_drive_gain_is_unknown() -> None:
     true = {"viscous_friction": ("coefficient_nms_rad", 2.0), "coulomb_friction": ("torque_nm", 1.5)}
     rough = replace(BARE, physics=tuple(TermUse(term, {name: value}) for term, (name, value) in true.items()))
     guess = replace(BARE, plant=replace(BARE.plant, torque_constant=0.8), trust={"torque_constant": 0.5})
-    answer = reconcile([simulate_record(rough, seed=1, duration=30.0)], guess)
+    answer = reconcile([simulate_record(rough, seed=1, duration=15.0)], guess)
     assert {entry["term"] for entry in answer.omitted_physics} == set(true)
     for entry in answer.omitted_physics:
         name, value = true[entry["term"]]

@@ -153,7 +153,7 @@ def test_the_same_recording_gives_the_same_answer() -> None:
 
 def test_two_effects_at_once_are_both_named_and_nothing_besides() -> None:
     both = (TermUse("coulomb_friction", {"torque_nm": 0.4}), TermUse("cogging", COGGING))
-    answer = reconcile([simulate_record(replace(NOMINAL, physics=both), seed=1, duration=90.0)], NOMINAL)
+    answer = reconcile([simulate_record(replace(NOMINAL, physics=both), seed=1, duration=45.0)], NOMINAL)
     assert {entry["term"] for entry in answer.omitted_physics} == {"coulomb_friction", "cogging"}
 
 

@@ -39,7 +39,7 @@ def test_a_friction_that_changed_is_told_from_a_plant_that_did(
     dry: float, wet: float, details: dict[str, float], found: dict[str, float]
 ) -> None:
     nominal = replace(ARM, physics=rubbing(3.0, 30.0, **details))
-    record = simulate_record(replace(ARM, physics=rubbing(dry, wet, **details)), seed=3, duration=90.0)
+    record = simulate_record(replace(ARM, physics=rubbing(dry, wet, **details)), seed=3, duration=45.0)
     answer = reconcile([record], nominal)
     sizes = {entry["term"]: next(iter(entry["parameters"].values()))["value"] for entry in answer.omitted_physics}
     assert sizes == {term: pytest.approx(size, rel=0.25) for term, size in found.items()}

@@ -16,14 +16,14 @@ JOINT, REAL = replace(MODEL, physics=(HOLDS,)), replace(MODEL, physics=(TURNS,))
 
 
 def test_coulomb_friction_is_named_though_it_turns_round_slowly() -> None:
-    (entry,) = reconcile([simulate_record(REAL, duration=40.0)], MODEL).omitted_physics
+    (entry,) = reconcile([simulate_record(REAL, duration=25.0)], MODEL).omitted_physics
     assert entry["term"] == "coulomb_friction"
     assert entry["parameters"]["torque_nm"]["value"] == pytest.approx(2.0, rel=0.02)
     assert entry["parameters"]["smooth_rad_s"]["value"] == pytest.approx(5e-4, rel=0.05)
 
 
 def test_how_the_friction_of_a_model_turns_round_is_no_physics() -> None:
-    answer = reconcile([simulate_record(REAL, duration=40.0)], JOINT)
+    answer = reconcile([simulate_record(REAL, duration=25.0)], JOINT)
     assert not [e for e in answer.omitted_physics if not e["term"].endswith("_change")]
     assert "coulomb friction with smooth_rad_s = " in answer.says
     assert answer.updated_model is not None
@@ -45,7 +45,7 @@ def test_a_little_more_friction_where_it_turns_is_how_it_turns(
 
 def test_an_effect_is_named_beside_friction_that_turns_round_slowly() -> None:
     (entry,) = reconcile(
-        [simulate_record(REAL, faults=(fault_of("backlash=2e-5"),), duration=40.0)], JOINT
+        [simulate_record(REAL, faults=(fault_of("backlash=2e-5"),), duration=25.0)], JOINT
     ).omitted_physics
     assert entry["term"] == "backlash"
     assert entry["parameters"]["half_width_rad"]["value"] == pytest.approx(2e-5, rel=0.05)
