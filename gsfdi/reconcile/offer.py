@@ -16,6 +16,7 @@ import numpy as np
 
 from gsfdi.model import Side, TermUse
 from gsfdi.motion import Param, PhysicsTerm
+from gsfdi.registry import shelf
 from gsfdi.scales import Scales
 from gsfdi.types import Array
 
@@ -59,6 +60,16 @@ class Offer:
     def use(self, values: Values, onset: float | None = None) -> TermUse:
         """Write the term as a model holds it."""
         return TermUse(self.term, dict(values), self.side, onset)
+
+    def opposite(self, column: int) -> Values | None:
+        """Turn the trial of a column round, None where it has no other way to act."""
+        values, params = self.columns[column], shelf("gsfdi.terms", PhysicsTerm)[self.term].params
+        phase = next((p.name for p in params if p.kind == "angle" and p.trials is None and p.name in values), None)
+        if phase is not None:
+            return {**values, phase: values[phase] + math.pi}
+        sized = [p for p in params if p.neutral is not None and p.trials is None and p.name in values]
+        turned = {p.name: 2 * (p.neutral or 0.0) - values[p.name] for p in sized}
+        return {**values, **turned} if all(p.low <= turned[p.name] <= p.high for p in sized) else None
 
 
 def offers(

@@ -9,10 +9,10 @@ import numpy.typing as npt
 from scipy.signal import fftconvolve
 
 from gsfdi.fit import Fitted, Knob, turned
-from gsfdi.model import JointModel
+from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.hand import Round, orthonormal, regressed, with_term
+from gsfdi.reconcile.hand import Round, orthonormal, regressed, sticks, with_term
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.offer import Offer
 from gsfdi.reconcile.stops import pressed
@@ -75,30 +75,70 @@ class Screening:
 
 
 def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
-    """Regress what is left on every offer's signature, from the start and from every onset."""
-    stand, model = hand.stand, hand.fitted.model
-    tried = [with_term(model, offer.use(values)) for offer in candidates for values in offer.columns]
-    moved = stand.innovations(tried)
-    signatures = stand.white([m - e for m, e in zip(moved, hand.innovations, strict=True)], hand.tools)
-    signatures[~(np.abs(signatures).max(axis=1) < 1e6)] = 0.0
-    J = orthonormal(hand)
-    late = np.linspace(EARLIEST, 1 - EARLIEST, ONSETS) * stand.scales.seconds if stand.count == 1 else np.zeros(0)
-    onsets = np.concatenate([[0.0], late])
-    sums = tails(signatures, J, hand.fitted.residual, np.searchsorted(stand_times(stand), onsets))
+    """Regress what is left on every offer's signature, from the start and from every onset.
+
+    Where dry friction holds the joint, a load makes it slip that the same load the other way only holds the harder:
+    what turned out to act against its trial is tried the other way round. (A weight had half the gain of a load.)
+    """
     first = np.cumsum([0, *(len(offer.columns) for offer in candidates)])
     offers = tuple((offer, slice(*ends)) for offer, ends in zip(candidates, itertools.pairwise(first), strict=True))
-    entries = []
+    signatures = signed(hand, [offer.use(values) for offer in candidates for values in offer.columns])
+    entries = entries_of(hand, offers, signatures)
+    anew = against(offers, entries) if sticks(hand.fitted.model) else {}
+    if anew:
+        signatures[list(anew)] = -signed(hand, list(anew.values()))
+        touched = [(offer, rows) for offer, rows in offers if not anew.keys().isdisjoint(range(rows.start, rows.stop))]
+        again = entries_of(hand, touched, signatures)
+        kept = {rows.start for _, rows in touched}
+        entries = [*(e for e in entries if e.rows == (0, 0) or e.rows[0] not in kept), *again]
+    J = orthonormal(hand)
+    bare = signatures - (signatures @ J) @ J.T
+    ranked = sorted(usual(entries), key=lambda e: -e.linear + onset_cost(e))
+    return Screening(tuple(ranked), bare, np.sum(bare**2, axis=1), offers)
+
+
+def signed(hand: Round, uses: Sequence[TermUse]) -> Array:
+    """White signatures of terms on trial, with the sign with which they stand in the model; none of what runs away."""
+    moved = hand.stand.innovations([with_term(hand.fitted.model, use) for use in uses])
+    signatures = hand.stand.white([m - e for m, e in zip(moved, hand.innovations, strict=True)], hand.tools)
+    signatures[~(np.abs(signatures).max(axis=1) < 1e6)] = 0.0
+    return signatures
+
+
+def entries_of(hand: Round, offers: Sequence[tuple[Offer, slice]], signatures: Array) -> list[Entry]:
+    """Regress what is left on the signatures of some offers, which stand in these rows."""
+    stand = hand.stand
+    late = np.linspace(EARLIEST, 1 - EARLIEST, ONSETS) * stand.scales.seconds if stand.count == 1 else np.zeros(0)
+    onsets = np.concatenate([[0.0], late])
+    used = np.concatenate([np.arange(rows.start, rows.stop) for _, rows in offers])
+    sums = tails(signatures[used], orthonormal(hand), hand.fitted.residual, np.searchsorted(stand_times(stand), onsets))
+    place = dict(zip(used.tolist(), range(len(used)), strict=True))
+    entries: list[Entry | None] = []
     for offer, rows in offers:
+        mine = slice(place[rows.start], place[rows.stop - 1] + 1)
         if may_always_be(offer):
-            entries.append(_entry(offer, rows, None, *(part[rows] for part in sums[0])))
+            entries.append(_entry(offer, rows, None, *(part[mine] for part in sums[0])))
         if may_set_in(offer):
-            trials = (_entry(offer, rows, float(t), *(p[rows] for p in x)) for t, x in zip(late, sums[1:], strict=True))
+            trials = (_entry(offer, rows, float(t), *(p[mine] for p in x)) for t, x in zip(late, sums[1:], strict=True))
             entries.append(max((e for e in trials if e is not None), key=lambda e: e.linear, default=None))
         if offer.term == "position_bias" and stand.count == 1:
             entries.append(stepped(hand, offer))
-    bare = signatures - (signatures @ J) @ J.T
-    ranked = sorted(usual([e for e in entries if e is not None]), key=lambda e: -e.linear + onset_cost(e))
-    return Screening(tuple(ranked), bare, np.sum(bare**2, axis=1), offers)
+    return [entry for entry in entries if entry is not None]
+
+
+def against(offers: Sequence[tuple[Offer, slice]], entries: Sequence[Entry]) -> dict[int, TermUse]:
+    """Trials the other way round of the columns that their offer's best entry takes a negative part of, by row."""
+    best: dict[int, Entry] = {}
+    for entry in entries:
+        if entry.rows != (0, 0) and entry.linear > best.get(entry.rows[0], entry).linear - 1e-9:
+            best[entry.rows[0]] = entry
+    return {
+        rows.start + i: offer.use(values)
+        for offer, rows in offers
+        if rows.start in best
+        for i, c in enumerate(best[rows.start].coefficients)
+        if c < 0 and (values := offer.opposite(i)) is not None
+    }
 
 
 def usual(entries: Sequence[Entry]) -> list[Entry]:
