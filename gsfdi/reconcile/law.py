@@ -220,7 +220,12 @@ def plainest(found: Sequence[LawFinding], pinned: Sequence[LawFinding] = ()) -> 
     step = max((f.gain for f in found if f.onset is not None), default=0.0)
     waits = [f for f in found if f.term == "current_limit" and f.windup != "goes_on" and f.gain > step + HARDLY]
     plain = [f for f in found if f.share > 0.5 or f in waits or f in pinned]
-    return [f for f in plain if f.term != "controller_derivative" and f.values.get("ratio", 1.0) > LEFT]
+    return [f for f in plain if f.term == "controller_integral" or not is_drawn(f)]
+
+
+def is_drawn(finding: LawFinding) -> bool:
+    """Whether a finding may be a part of the law that the noise of slopes drew to nothing; of sums there is hardly any."""
+    return finding.term == "controller_derivative" or finding.values.get("ratio", 1.0) <= LEFT
 
 
 def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
