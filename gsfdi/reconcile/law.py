@@ -224,7 +224,7 @@ def plainest(found: Sequence[LawFinding], pinned: Sequence[LawFinding] = ()) -> 
 
 
 def is_drawn(finding: LawFinding) -> bool:
-    """Whether a finding may be a part of the law that the noise of slopes drew to nothing; of sums there is hardly any."""
+    """Whether a finding may be a part of the law that the noise of slopes drew to nothing; a sum has hardly any."""
     return finding.term == "controller_derivative" or finding.values.get("ratio", 1.0) <= LEFT
 
 
