@@ -70,15 +70,15 @@ def test_a_gain_is_known_to_a_fraction_of_a_thousandth(name: str) -> None:
     assert entry["parameters"]["ratio"]["value"] == pytest.approx(0.98, abs=2e-3)
 
 
-def test_a_sum_that_is_worth_half_is_not_drawn_by_noise_where_the_model_is_a_little_off() -> None:
+def test_a_sum_that_is_worth_a_third_is_not_drawn_by_noise_where_the_model_is_a_little_off() -> None:
     rough = replace(MODEL, physics=(TermUse("coulomb_friction", {"torque_nm": 4.0}, "motor"),))
     plant = replace(MODEL.plant, torque_constant=0.625, motor_inertia=0.00115, stiffness=137e3)
     assert MODEL.controller is not None
-    off = replace(rough, plant=plant, controller=replace(MODEL.controller, integral=0.5 * MODEL.controller.integral))
+    off = replace(rough, plant=plant, controller=replace(MODEL.controller, integral=0.3 * MODEL.controller.integral))
     check = check_law([unseen(off)], rough)
     assert check is not None
     assert [f.term for f in check.findings] == ["controller_integral"]
-    assert check.findings[0].values["ratio"] == pytest.approx(0.5, abs=0.02)
+    assert check.findings[0].values["ratio"] == pytest.approx(0.3, abs=0.02)
 
 
 @pytest.mark.parametrize(("name", "ratio"), [("position_gain", 1.06), ("current_gain", 1.03)])
