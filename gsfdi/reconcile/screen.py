@@ -88,9 +88,8 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
     if anew:
         signatures[list(anew)] = -signed(hand, list(anew.values()))
         touched = [(offer, rows) for offer, rows in offers if not anew.keys().isdisjoint(range(rows.start, rows.stop))]
-        again = entries_of(hand, touched, signatures)
-        kept = {rows.start for _, rows in touched}
-        entries = [*(e for e in entries if e.rows == (0, 0) or e.rows[0] not in kept), *again]
+        done = {(rows.start, rows.stop) for _, rows in touched}
+        entries = [*(e for e in entries if e.rows not in done), *entries_of(hand, touched, signatures)]
     J = orthonormal(hand)
     bare = signatures - (signatures @ J) @ J.T
     ranked = sorted(usual(entries), key=lambda e: -e.linear + onset_cost(e))
@@ -110,12 +109,12 @@ def entries_of(hand: Round, offers: Sequence[tuple[Offer, slice]], signatures: A
     stand = hand.stand
     late = np.linspace(EARLIEST, 1 - EARLIEST, ONSETS) * stand.scales.seconds if stand.count == 1 else np.zeros(0)
     onsets = np.concatenate([[0.0], late])
-    used = np.concatenate([np.arange(rows.start, rows.stop) for _, rows in offers])
-    sums = tails(signatures[used], orthonormal(hand), hand.fitted.residual, np.searchsorted(stand_times(stand), onsets))
-    place = dict(zip(used.tolist(), range(len(used)), strict=True))
+    own = np.concatenate([signatures[rows] for _, rows in offers])
+    sums = tails(own, orthonormal(hand), hand.fitted.residual, np.searchsorted(stand_times(stand), onsets))
     entries: list[Entry | None] = []
+    first = 0
     for offer, rows in offers:
-        mine = slice(place[rows.start], place[rows.stop - 1] + 1)
+        mine = slice(first, first := first + len(offer.columns))
         if may_always_be(offer):
             entries.append(_entry(offer, rows, None, *(part[mine] for part in sums[0])))
         if may_set_in(offer):
@@ -128,15 +127,14 @@ def entries_of(hand: Round, offers: Sequence[tuple[Offer, slice]], signatures: A
 
 def against(offers: Sequence[tuple[Offer, slice]], entries: Sequence[Entry]) -> dict[int, TermUse]:
     """Trials the other way round of the columns that their offer's best entry takes a negative part of, by row."""
-    best: dict[int, Entry] = {}
-    for entry in entries:
-        if entry.rows != (0, 0) and entry.linear > best.get(entry.rows[0], entry).linear - 1e-9:
-            best[entry.rows[0]] = entry
+    best: dict[tuple[int, int], Entry] = {}
+    for entry in sorted(entries, key=lambda e: e.linear):
+        best[entry.rows] = entry
     return {
         rows.start + i: offer.use(values)
         for offer, rows in offers
-        if rows.start in best
-        for i, c in enumerate(best[rows.start].coefficients)
+        if (rows.start, rows.stop) in best
+        for i, c in enumerate(best[rows.start, rows.stop].coefficients)
         if c < 0 and (values := offer.opposite(i)) is not None
     }
 
