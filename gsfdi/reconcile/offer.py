@@ -69,7 +69,7 @@ class Offer:
             return {**values, phase: values[phase] + math.pi}
         sized = [p for p in params if p.neutral is not None and p.trials is None and p.name in values]
         turned = {p.name: 2 * (p.neutral or 0.0) - values[p.name] for p in sized}
-        return {**values, **turned} if all(p.low <= turned[p.name] <= p.high for p in sized) else None
+        return {**values, **turned} if sized and all(p.low <= turned[p.name] <= p.high for p in sized) else None
 
 
 def offers(
