@@ -352,7 +352,7 @@ def to_settle(ranked: Sequence[Entry], shelf_terms: Mapping[str, PhysicsTerm]) -
 
     What a joint meets but once, as a stop at the end of its way, looks like much that sets in. Those that have gone as
     far as is plausible come last: where three frictions are missing, a drive that moves hardly anything leads them all.
-    Under a large noise likes are level: a weight was the fifth, by 0.3 %, and gained far more than any once settled.
+    Under a large noise likes are level: a weight was the fifth, by 0.3 %, and won once it was settled.
     """
     ranked = sorted(ranked, key=lambda e: e.fitted is not None and is_at_bound(e.fitted, shelf_terms))
     least = LEVEL * max(map(merit, ranked), default=0.0)

@@ -83,14 +83,14 @@ def screen(hand: Round, candidates: Sequence[Offer]) -> Screening:
     first = np.cumsum([0, *(len(offer.columns) for offer in candidates)])
     offers = tuple((offer, slice(*ends)) for offer, ends in zip(candidates, itertools.pairwise(first), strict=True))
     signatures = signed(hand, [offer.use(values) for offer in candidates for values in offer.columns])
-    entries = entries_of(hand, offers, signatures)
+    J = orthonormal(hand)
+    entries = entries_of(hand, offers, signatures, J)
     anew = against(offers, entries) if sticks(hand.fitted.model) else {}
     if anew:
         signatures[list(anew)] = -signed(hand, list(anew.values()))
         touched = [(offer, rows) for offer, rows in offers if not anew.keys().isdisjoint(range(rows.start, rows.stop))]
         done = {(rows.start, rows.stop) for _, rows in touched}
-        entries = [*(e for e in entries if e.rows not in done), *entries_of(hand, touched, signatures)]
-    J = orthonormal(hand)
+        entries = [*(e for e in entries if e.rows not in done), *entries_of(hand, touched, signatures, J)]
     bare = signatures - (signatures @ J) @ J.T
     ranked = sorted(usual(entries), key=lambda e: -e.linear + onset_cost(e))
     return Screening(tuple(ranked), bare, np.sum(bare**2, axis=1), offers)
@@ -104,13 +104,13 @@ def signed(hand: Round, uses: Sequence[TermUse]) -> Array:
     return signatures
 
 
-def entries_of(hand: Round, offers: Sequence[tuple[Offer, slice]], signatures: Array) -> list[Entry]:
-    """Regress what is left on the signatures of some offers, which stand in these rows."""
+def entries_of(hand: Round, offers: Sequence[tuple[Offer, slice]], signatures: Array, J: Array) -> list[Entry]:
+    """Regress what is left on the signatures of some offers, which stand in these rows; `J` spans the knobs in hand."""
     stand = hand.stand
     late = np.linspace(EARLIEST, 1 - EARLIEST, ONSETS) * stand.scales.seconds if stand.count == 1 else np.zeros(0)
     onsets = np.concatenate([[0.0], late])
     own = np.concatenate([signatures[rows] for _, rows in offers])
-    sums = tails(own, orthonormal(hand), hand.fitted.residual, np.searchsorted(stand_times(stand), onsets))
+    sums = tails(own, J, hand.fitted.residual, np.searchsorted(stand_times(stand), onsets))
     entries: list[Entry | None] = []
     first = 0
     for offer, rows in offers:
