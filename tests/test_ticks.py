@@ -50,7 +50,8 @@ def shown(record: JointRecord, shift: float = 0.0) -> Array:
 @pytest.mark.parametrize("rule", [0.0, 1.0])
 def test_the_rule_of_an_integral_is_read_off_the_log_and_is_nobodys_fault(rule: float) -> None:
     strong = replace(MODEL, controller=replace(law_of(MODEL), integral=20.0))
-    record = simulate_record(replace(strong, controller=replace(law_of(strong), integral_rule=rule)), seed=3)
+    true = replace(strong, controller=replace(law_of(strong), integral_rule=rule))
+    record = simulate_record(true, seed=3, duration=60.0)
     found = check_law([record], strong)
     assert found is not None
     assert (found.integral_rule, found.findings) == (rule, ())

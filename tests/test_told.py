@@ -117,7 +117,9 @@ def test_a_scale_that_must_not_be_found_is_not_found_in_the_place_of_a_gain() ->
 
 @pytest.mark.parametrize("ratio", [1.004, 0.88])
 def test_a_scale_of_the_current_is_no_age_of_the_speed_although_both_act_as_acceleration_does(ratio: float) -> None:
-    record = simulate_record(replace(MODEL, physics=(TermUse("current_gain", {"ratio": ratio}),)), seed=3)
+    record = simulate_record(
+        replace(MODEL, physics=(TermUse("current_gain", {"ratio": ratio}),)), seed=3, duration=60.0
+    )
     first = reconcile([without_speed(record)], MODEL).omitted_physics[0]
     assert first["term"] == "current_gain"
     assert first["parameters"]["ratio"]["value"] == pytest.approx(ratio, abs=1e-3)

@@ -18,10 +18,11 @@ import numpy as np
 
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.answering import is_white
+from gsfdi.reconcile.course import unrated
 from gsfdi.reconcile.gaps import beside_lost, jumps
 from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.sensing import effort_noise
-from gsfdi.reconcile.sheet import LawFinding, commanded, hiss, level_of, sheet_of, unit_sheets, unrated
+from gsfdi.reconcile.sheet import LawFinding, commanded, hiss, level_of, sheet_of, unit_sheets
 from gsfdi.types import Array, JointRecord, Mask
 
 AGED = 0.25

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, reduce
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -64,6 +64,56 @@ class Settled:
         return [*named, *self.shown]
 
 
+@dataclass(frozen=True)
+class Read:
+    """What the log itself tells of the contract, before anything else is known to be wrong of the law.
+
+    Parameters
+    ----------
+    records : sequence of JointRecord
+        As they came.
+    stand : Bench
+        Set up for these, with the noise of the effort that the law leaves.
+    without : sequence of str
+        Terms that must not be found.
+    coarse : LawFinding or None
+        A position sensor coarser than its model says.
+    law : LawCheck or None
+    """
+
+    records: Sequence[JointRecord]
+    stand: Bench
+    without: Sequence[str]
+    coarse: LawFinding | None
+    law: LawCheck | None
+
+    @property
+    def stamps(self) -> list[LawFinding]:
+        """Late stamps that the law tells beside a logged speed."""
+        return (
+            [f for f in self.law.findings if f.term == LATE] if self.law is not None and self.stand.sees_speed else []
+        )
+
+    @cached_property
+    def unseen(self) -> "Read | None":
+        """The same log without its speed, where the law tells more of that."""
+        if not is_between_ticks(self.stamps, self.stand.model):
+            return None
+        return read_log([without_speed(r) for r in self.records], self.stand.model, self.without)
+
+
+def read_log(records: Sequence[JointRecord], model: JointModel, without: Sequence[str]) -> Read:
+    """Check the law and the values; for the arguments see `settle_contract`."""
+    stand = bench(records, model)
+    coarse = None if "quantisation" in without else coarseness(stand)
+    # slopes of coarse positions are no speed to hold a law against
+    law = None if coarse is not None and not stand.sees_speed else check_law(stand.records, model)
+    if law is not None:
+        law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
+        stand = replace(stand, model=with_effort_noise(model, law, stand))
+    return Read(records, stand, without, coarse, law)
+
+
 def settle_contract(
     records: Sequence[JointRecord], model: JointModel, without: Sequence[str], beyond: Sequence[LawFinding] = ()
 ) -> Settled:
@@ -78,24 +128,21 @@ def settle_contract(
     beyond : sequence of LawFinding
         What else is known to be wrong of a law that tells the speed (see `gsfdi.reconcile.gains`).
     """
-    logged = stand = bench(records, model)
-    coarse = None if "quantisation" in without else coarseness(stand)
-    # slopes of coarse positions are no speed to hold a law against
-    law = None if coarse is not None and not stand.sees_speed else check_law(stand.records, model)
-    if law is not None:
-        law = replace(law, findings=tuple(f for f in law.findings if f.term not in without))
-        model = with_effort_noise(model, law, stand)
-        logged = stand = replace(stand, model=model)
-    stamps = [f for f in law.findings if f.term == LATE] if law is not None and stand.sees_speed else []
-    if is_between_ticks(stamps, model):
-        unseen = settle_contract([without_speed(r) for r in records], model, without, (*stamps, *beyond))
+    return settled_by(read_log(records, model, without), beyond)
+
+
+def settled_by(read: Read, beyond: Sequence[LawFinding]) -> Settled:
+    """Set up the bench with what the log told; for the rest see `settle_contract`."""
+    if read.unseen is not None:
+        unseen = settled_by(read.unseen, (*read.stamps, *beyond))
         if unseen.stand.lever > 0:
-            return replace(unseen, logged=logged)
+            return replace(unseen, logged=read.stand)
+    records, stand, model, law = read.records, read.stand, read.stand.model, read.law
     telling = law is not None and not stand.sees_speed and is_telling(law, model)
     if law is not None and telling:
         kept = tuple(f for f in law.findings if f.term not in GAINS or f.values.get("ratio", 1.0) < 0)
         law = reduce(corrected_law, beyond, replace(law, findings=kept))
-    backwards = None if law is not None or "current_gain" in without else reversal(stand)
+    backwards = None if law is not None or "current_gain" in read.without else reversal(stand)
     new = model if backwards is None else corrected(model, backwards)
     if law is not None and model.controller is not None:
         age = max(law.derivative_delay, model.controller.derivative_delay)
@@ -107,15 +154,15 @@ def settle_contract(
     if late > 0:
         records = [advanced(record, late) for record in records]
         stand = bench(records, model)
-    if coarse is not None:
-        new = replace(new, sensors=replace(new.sensors, position_resolution=coarse.values["step_rad"]))
+    if read.coarse is not None:
+        new = replace(new, sensors=replace(new.sensors, position_resolution=read.coarse.values["step_rad"]))
     driving = driven_by(stand, new, law, telling)
     if driving.records is not None or driving.model is not model:
         measured = bench(driving.records or records, driving.model, driving.lever)
         stand = replace(measured, count=stand.count)  # stretches are no recordings
     stand = replace(stand, learnt=driving.learnt, looped=driving.looped)
-    shown = tuple(f for f in (backwards, coarse) if f is not None)
-    return Settled(stand, logged, driving.model, law, shown, driving.level)
+    shown = tuple(f for f in (backwards, read.coarse) if f is not None)
+    return Settled(stand, read.stand, driving.model, law, shown, driving.level)
 
 
 def is_between_ticks(stamps: Sequence[LawFinding], model: JointModel) -> bool:

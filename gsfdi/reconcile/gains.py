@@ -12,7 +12,7 @@ import numpy as np
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.compete import opening
-from gsfdi.reconcile.contract import Settled, settle_contract
+from gsfdi.reconcile.contract import Settled, read_log, settled_by
 from gsfdi.reconcile.doubted import estimated
 from gsfdi.reconcile.hand import Round, leaves_nothing, likelier, settle
 from gsfdi.reconcile.law import SURE
@@ -61,9 +61,10 @@ def settle_law(
     records: Sequence[JointRecord], model: JointModel, terms: Mapping[str, PhysicsTerm], without: Sequence[str]
 ) -> Opened:
     """Settle the contract, and what only a told speed shows of the law, and open with the model that this gives."""
+    read = read_log(records, model, without)
 
     def opened(beyond: tuple[LawFinding, ...]) -> Opened:
-        settled = settle_contract(records, model, without, beyond)
+        settled = settled_by(read, beyond)
         begun = estimated(settled.stand, settled.model, effort_floor(settled.stand))
         return Opened(settled, begun, opening(settled.stand, begun, settled.level), beyond)
 

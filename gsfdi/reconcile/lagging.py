@@ -10,8 +10,9 @@ from scipy.signal import savgol_filter
 from gsfdi.drive import measured_velocity
 from gsfdi.model import JointModel
 from gsfdi.reconcile.bench import Bench
+from gsfdi.reconcile.course import CALM
 from gsfdi.reconcile.screen import Entry
-from gsfdi.reconcile.sheet import CALM, LawFinding
+from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.types import Array, JointRecord
 
 LAG = "velocity_lag"

@@ -116,10 +116,9 @@ def entries_of(hand: Round, offers: Sequence[tuple[Offer, slice]], signatures: A
     for offer, rows in offers:
         mine = slice(first, first := first + len(offer.columns))
         if may_always_be(offer):
-            entries.append(_entry(offer, rows, None, *(part[mine] for part in sums[0])))
+            entries.append(best_entry(offer, rows, [None], *(part[:1, mine] for part in sums)))
         if may_set_in(offer):
-            trials = (_entry(offer, rows, float(t), *(p[mine] for p in x)) for t, x in zip(late, sums[1:], strict=True))
-            entries.append(max((e for e in trials if e is not None), key=lambda e: e.linear, default=None))
+            entries.append(best_entry(offer, rows, late.tolist(), *(part[1:, mine] for part in sums)))
         if offer.term == "position_bias" and stand.count == 1:
             entries.append(stepped(hand, offer))
     return [entry for entry in entries if entry is not None]
@@ -161,17 +160,17 @@ def onset_cost(entry: Entry) -> float:
     return ONSET_COST if entry.onset is not None else 0.0
 
 
-Sums = tuple[Array, Array, Array]
-
-
-def tails(signatures: Array, J: Array, residual: Array, begins: Sequence[int] | Ints) -> list[Sums]:
+def tails(signatures: Array, J: Array, residual: Array, begins: Sequence[int] | Ints) -> tuple[Array, Array, Array]:
     """Sums over everything from each of `begins` on, in one pass.
 
     Returns
     -------
-    list of tuple
-        By beginning: products ``(m, 2)`` of each signature with itself and the next, its projections ``(m, k)`` on the
-        orthonormal `J`, its score ``(m,)`` against the residual less what the knobs in hand take over.
+    (b, m, 2) array
+        By beginning, products of each signature with itself and the next.
+    (b, m, k) array
+        Projections of each on the orthonormal `J`.
+    (b, m) array
+        Its score against the residual less what the knobs in hand take over.
     """
     edges = [*begins, signatures.shape[1]]
     own, cross, raw = [], [], []
@@ -182,8 +181,8 @@ def tails(signatures: Array, J: Array, residual: Array, begins: Sequence[int] | 
         cross.append(part @ J[low:high])
         raw.append(part @ residual[low:high])
     left = J.T @ residual
-    sums = [np.cumsum(x[::-1], axis=0)[::-1] for x in (own, cross, raw)]
-    return [(o, c, s - c @ left) for o, c, s in zip(*sums, strict=True)]
+    products, projections, scores = (np.cumsum(x[::-1], axis=0)[::-1] for x in (own, cross, raw))
+    return products, projections, scores - projections @ left
 
 
 def stepped(hand: Round, offer: Offer) -> Entry | None:
@@ -244,18 +243,26 @@ def may_always_be(offer: Offer) -> bool:
     return offer.term != "position_bias"
 
 
-def _entry(offer: Offer, rows: slice, onset: float | None, own: Array, cross: Array, score: Array) -> Entry | None:
-    square = np.diag(own[:, 0])
-    if len(square) == 2:
-        square[0, 1] = square[1, 0] = own[0, 1]
-    info = square - cross @ cross.T
-    if np.any(np.diag(info) < 1e-6 * own[:, 0] + 1e-12):
+def best_entry(
+    offer: Offer, rows: slice, onsets: Sequence[float | None], own: Array, cross: Array, score: Array
+) -> Entry | None:
+    """Regress what is left on an offer from each of `onsets` on, and give what gains most; for the sums see `tails`."""
+    info = -cross @ cross.swapaxes(1, 2)
+    diagonal = np.einsum("bii->bi", info)
+    diagonal += own[..., 0]
+    if own.shape[1] == 2:
+        info[:, [0, 1], [1, 0]] += own[:, :1, 1]
+    shown = np.all(diagonal >= 1e-6 * own[..., 0] + 1e-12, axis=1)
+    if not shown.any():
         return None
-    c = np.asarray(np.linalg.solve(info + 1e-9 * np.diag(np.diag(info)), -score), dtype=np.float64)
-    values = offer.mix(c)
-    if values is None or (onset is not None and is_less(offer, values)):  # no model file holds less from a time on
-        return None
-    return Entry(offer, onset, c, float(-0.5 * score @ c), (rows.start, rows.stop))
+    diagonal *= 1 + 1e-9
+    c = np.linalg.solve(info[shown], -score[shown][..., None])[..., 0]
+    gains = -0.5 * np.sum(score[shown] * c, axis=1)
+    for k in np.argsort(-gains, kind="stable"):
+        onset, values = onsets[np.flatnonzero(shown)[k]], offer.mix(c[k])
+        if values is not None and (onset is None or not is_less(offer, values)):  # no file holds less from a time on
+            return Entry(offer, onset, c[k], float(gains[k]), (rows.start, rows.stop))
+    return None
 
 
 def stand_times(stand: Bench) -> Array:

@@ -7,14 +7,10 @@ from typing import Literal
 
 import numba
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import savgol_filter
 
-from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
 from gsfdi.packed import values_of
-from gsfdi.reconcile.gaps import at_corners, at_jolts, beside_lost
-from gsfdi.reconcile.sensing import setpoint_rate
+from gsfdi.reconcile.course import Course, course_of
 from gsfdi.types import Array, JointRecord, Mask
 
 PLAINLY = 0.9
@@ -27,8 +23,6 @@ OWN: Windup = "unwinds"
 """What that of gsfdi's own controller does."""
 BEGUN = 20
 """Samples of a stretch below a limit that tell where the integral began."""
-CALM = 9
-"""Samples through which a cubic is drawn to tell a speed from its noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +54,7 @@ def joined(findings: Sequence[LawFinding], new: LawFinding) -> tuple[LawFinding,
     return (*findings, new)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Sheet:
     """One stretch laid out: effort and the parts of the law, sample by sample."""
 
@@ -78,8 +72,23 @@ class Sheet:
     windup: Windup
     """What the integral does there."""
 
+    @cached_property
+    def size(self) -> Array:
+        """Of the effort."""
+        return np.abs(self.effort)
 
-@dataclass(frozen=True, slots=True)
+    @cached_property
+    def peak(self) -> float:
+        """Largest effort."""
+        return float(np.max(self.size, initial=0.0))
+
+    @cached_property
+    def at_once(self) -> Array:
+        """What all but the integral asks for."""
+        return np.asarray(sum(part for name, part in self.parts.items() if name != "integral"))
+
+
+@dataclass(frozen=True)
 class Log:
     """What a law is held against.
 
@@ -95,51 +104,48 @@ class Log:
     model: JointModel
     beyond: Sequence[Array] | None = None
 
+    @cached_property
+    def courses(self) -> list[Course]:
+        """What every stretch shows that can be laid out."""
+        beyond: Sequence[Array | float] = self.beyond or [0.0] * len(self.records)
+        found = (course_of(r, self.model, b) for r, b in zip(self.records, beyond, strict=True))
+        return [course for course in found if course is not None]
+
     def sheets(self, law: Controller, late: float = 0.0) -> list[Sheet]:
-        """Lay out every stretch that can be."""
-        beyond = self.beyond or [np.zeros(len(r.t)) for r in self.records]
-        found = (sheet_of(r, self.model, law, late, b) for r, b in zip(self.records, beyond, strict=True))
-        return [sheet for sheet in found if sheet is not None]
+        """Lay out every stretch, its measurements stamped `late` [s] too late."""
+        return [laid_out(course, self.model, law, late) for course in self.courses]
 
 
-def sheet_of(
-    record: JointRecord, model: JointModel, law: Controller, late: float = 0.0, beyond: Array | float = 0.0
-) -> Sheet | None:
+def sheet_of(record: JointRecord, model: JointModel, law: Controller) -> Sheet | None:
+    """Lay out one stretch; None where too little of it is logged."""
+    course = course_of(record, model)
+    return None if course is None else laid_out(course, model, law)
+
+
+def laid_out(course: Course, model: JointModel, law: Controller, late: float = 0.0) -> Sheet:
     """Lay out a stretch whose measurements are stamped `late` [s] too late."""
-    t = record.t
-    position, velocity = record["position"], measured_velocity(record, model)
-    if model.structure == "flexible":
-        velocity = velocity / model.plant.gear_ratio
-    untold = not np.isfinite(velocity).any()
-    winds = untold and model.structure == "flexible"
-    if untold:
-        velocity = np.gradient(position, t) + beyond
-    good = np.isfinite(position) & np.isfinite(velocity)
-    if good.sum() < 50:
-        return None
-    position = smooth(t + late, t[good], position[good])
-    velocity = aged(t + late, t[good], velocity[good], law.derivative_delay)
-    rate = setpoint_rate(record)
-    ahead = np.nan_to_num(record[f"{record.effort}_feedforward"]) if f"{record.effort}_feedforward" in record else 0 * t
+    record, good = course.record, course.good
+    t, effort = record.t, record[record.effort]
+    position, velocity = course.position_at(t + late), course.velocity_at(t + late, law.derivative_delay)
     error = record["setpoint"] - position
     error[~good] = np.interp(t[~good], t[good], error[good])  # a lost row's setpoint is on a line, its position is not
     growth = np.concatenate([[0.0], 0.5 * (error[1:] + error[:-1]) * np.diff(t)]) * law.integral
     parts = {
         "proportional": law.at_once * error,
         "integral": np.nancumsum(growth),
-        "derivative": law.derivative * (law.rate_feedforward * rate - velocity),
-        "feedforward": ahead,
+        "derivative": law.derivative * (law.rate_feedforward * course.rate - velocity),
+        "feedforward": course.ahead,
     }
-    effort = record[record.effort]
-    keep = np.isfinite(effort) & good & np.isfinite(error) & np.isfinite(rate) & (t + late <= t[-1])
+    keep = np.isfinite(effort) & good & np.isfinite(error) & np.isfinite(course.rate) & (t + late <= t[-1])
     parts = {name: values[keep] for name, values in parts.items()}
-    unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | unrated(record, winds)[keep]
+    unheld = (np.abs(effort) >= 0.999 * law.limit)[keep] | course.unrated[keep]
     braking = -law.derivative * velocity[keep]
     growth = np.diff(parts["integral"], prepend=0.0)  # from row to row that is kept, over those that are not
     drive = min((values_of(use)[0] for use in model.physics if use.term == "current_limit"), default=np.inf)
     limit = min(law.limit, drive)
     own = law.limit <= drive
-    sheet = Sheet(t[keep], effort[keep], parts, unheld, growth, rate[keep], braking, limit, OWN if own else "goes_on")
+    windup = OWN if own else "goes_on"
+    sheet = Sheet(t[keep], effort[keep], parts, unheld, growth, course.rate[keep], braking, limit, windup)
     return at_rest(sheet) if own and limit_of(sheet, ()) is not None else sheet
 
 
@@ -157,37 +163,10 @@ def younger(law: Controller, lag: float) -> Controller:
     return replace(law, derivative_delay=law.derivative_delay - lag)
 
 
-def aged(t: Array, known: Array, values: Array, age: float) -> Array:
-    """Give a speed of age `age` at times `t`; one that is newer than the log has it still has the log's noise."""
-    if age >= 0.0:
-        return smooth(t - age, known, values)
-    calm = savgol_filter(values, CALM, 3)
-    return smooth(t, known, values) + smooth(t - age, known, calm) - smooth(t, known, calm)
-
-
 def hiss(stretches: Sequence[Array]) -> float:
     """Standard deviation of white noise in values, from their third differences."""
     third = np.concatenate([np.diff(values, 3) for values in stretches])
     return float(1.4826 * np.median(np.abs(third)) / 20.0**0.5)
-
-
-def smooth(t: Array, known: Array, values: Array) -> Array:
-    """Give values at other times by cubics, which follow a ringing joint where straight lines would not."""
-    at = np.clip(t, known[0], known[-1])
-    return np.asarray(CubicSpline(known, values)(at)) if not np.array_equal(at, known) else values
-
-
-def unrated(record: JointRecord, winds: bool = False) -> Mask:
-    """Samples at which nobody knows the setpoint's rate: beside lost ones and at corners, unless the rate is logged.
-
-    A motor that nobody sees and that `winds` up its gearbox has a speed of its own, beside which only jolts matter. To
-    leave out more would cost more: what is not told of the effort's noise looks like losses in the gearbox.
-    """
-    if "setpoint_rate" in record:
-        return np.zeros(len(record.t), dtype=np.bool_)
-    corners = at_jolts if winds else at_corners
-    ends = np.isin(np.arange(len(record.t)), (0, len(record.t) - 1))  # where a slope has one side only
-    return ends | beside_lost(record) | corners(record["setpoint"], record.t)
 
 
 def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
@@ -199,7 +178,7 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
     limit = limit_of(sheet, findings)
     if limit is not None and limit[1] != "goes_on":
         parts["integral"] = _waiting(sheet, *limit)
-    total = np.sum([ratios.get(name, 1.0) * part for name, part in parts.items()], axis=0)
+    total = np.asarray(sum(ratios.get(name, 1.0) * part for name, part in parts.items()))
     for finding in findings:
         if finding.term == "current_gain":
             total = total * finding.values["ratio"]
@@ -207,12 +186,12 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
             total = total + finding.values["bias_a"] * (sheet.t >= (finding.onset or 0.0))
         elif finding.term == "position_gain":  # the log's speed is the slope of its positions; the controller's is not
             total = total + (1 / finding.values["ratio"] - 1) * sheet.braking
-    return np.asarray(total)
+    return total
 
 
 def limit_of(sheet: Sheet, findings: Sequence[LawFinding]) -> tuple[float, Windup] | None:
     """Least limit of the effort, known where it is met or found, and what the integral does at it."""
-    met = np.max(np.abs(sheet.effort), initial=0.0) > PLAINLY * sheet.limit
+    met = sheet.peak > PLAINLY * sheet.limit
     known = [(sheet.limit, sheet.windup)] if met else []
     found = [(f.values["limit_a"], f.windup) for f in findings if f.term == "current_limit"]
     return min([*known, *found], default=None)
@@ -228,12 +207,11 @@ def at_rest(sheet: Sheet) -> Sheet:
 
 def _waiting(sheet: Sheet, limit: float, windup: Windup) -> Array:
     """Integral part that waits while more than `limit` is asked for."""
-    asked = np.asarray(np.sum([part for name, part in sheet.parts.items() if name != "integral"], axis=0))
-    free = np.abs(sheet.effort) < 0.98 * limit
+    asked, free = sheet.at_once, sheet.size < 0.98 * limit
     first = int(np.argmin(free)) if not free.all() else len(free)
     if first < BEGUN:  # where the integral began cannot be told: it waits wherever the effort is at the limit
-        return np.cumsum(np.where(np.abs(sheet.effort) < 0.99 * limit, sheet.growth, 0.0))
-    start = float(np.mean((sheet.effort - asked - np.cumsum(sheet.growth))[:first]))
+        return np.cumsum(np.where(sheet.size < 0.99 * limit, sheet.growth, 0.0))
+    start = float(np.mean(sheet.effort[:first] - asked[:first] - np.cumsum(sheet.growth[:first])))
     found = np.empty(len(asked))
     _wait(asked, sheet.growth, start, limit, windup == "unwinds", found)
     return found
@@ -272,9 +250,13 @@ def against(sheet: Sheet, findings: Sequence[LawFinding]) -> tuple[Array, Mask]:
     off = sheet.effort - commanded(sheet, findings)
     if limit is None:
         return off, ~sheet.unheld
-    asked = sheet.effort - off + level(off, ~sheet.unheld & (np.abs(sheet.effort) < PLAINLY * limit[0]))
-    met = np.maximum(np.abs(sheet.effort), np.abs(asked)) >= 0.995 * limit[0]  # noise makes some efforts look lower
-    return off, np.asarray(~sheet.unheld & (np.convolve(met, np.ones(2 * BESIDE + 1), "same") < 0.5))
+    asked = sheet.effort - off + level(off, ~sheet.unheld & (sheet.size < PLAINLY * limit[0]))
+    met = np.maximum(sheet.size, np.abs(asked)) >= 0.995 * limit[0]  # noise makes some efforts look lower
+    held = sheet.unheld | met
+    for by in range(1, BESIDE + 1):
+        held[by:] |= met[:-by]
+        held[:-by] |= met[by:]
+    return off, ~held
 
 
 def centred(values: Array, free: Mask) -> Array:
