@@ -72,3 +72,13 @@ def test_a_fit_whose_step_leads_over_a_cliff_goes_half_way_to_its_end() -> None:
 
     fitted = levenberg(cliff, JOINT, [Knob(-1, "output_inertia", 0.7 * INERTIA, 0.05 * INERTIA, 2 * INERTIA)])
     assert fitted.values[0] == pytest.approx(0.35 * INERTIA, rel=1e-3)
+
+
+def test_slopes_that_were_kept_too_long_are_taken_anew() -> None:
+    def curved(models: Sequence[JointModel]) -> Array:
+        off = [(m.plant.output_inertia / INERTIA - 1.5, m.plant.torque_constant / CONSTANT - 1) for m in models]
+        return np.array([NOISE + 100 * (ROWS[:, 0] * np.expm1(-6 * a) + ROWS[:, 1] * (b + 3 * a * a)) for a, b in off])
+
+    inertia, constant = knobs()
+    fitted = levenberg(curved, JOINT, [inertia, replace(constant, prior=CONSTANT, doubt=1e-3 * CONSTANT)], 12)
+    assert fitted.values[0] == pytest.approx(1.5 * INERTIA, rel=1e-3)

@@ -24,6 +24,13 @@ PROMISE = 0.3
 """Share of what ends a fit that a free step must be promised before slopes are taken anew for it."""
 BROYDEN = 0.2
 """A step that gains more than this many times the square root of the cost keeps the slopes of the step before."""
+RETAKEN = 1.0
+"""Log-likelihood that a step by kept slopes must be promised for them to be taken anew where it gains nothing.
+
+A motor of 1.49 times its inertia had come to 1.45 by slopes kept twice, 14,000 short of where it fits.
+"""
+FIRST = 1e-4
+"""Damping to begin with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,10 +93,10 @@ def levenberg(
     values = np.clip([knob.read(model) for knob in knobs], low, high)
     residual = misfit([turned(model, knobs, values)])[0]
     cost = _cost(residual, knobs, values)
-    damping, jacobian, exact = 1e-4, np.zeros((len(residual), len(knobs))), False
+    damping, jacobian, kept, promised = FIRST, np.zeros((len(residual), len(knobs))), False, np.inf
     for _ in range(rounds if knobs else 0):
-        if not exact:
-            jacobian, exact = slopes(misfit, model, knobs, values, residual, known, both=False), True
+        if not kept:
+            jacobian = slopes(misfit, model, knobs, values, residual, known, both=False)
         H, g = _normal(jacobian, residual, knobs, values)
         if not (np.isfinite(H).all() and np.isfinite(g).all()):  # slopes of a model that runs away lead nowhere
             break
@@ -111,11 +118,15 @@ def levenberg(
                 trial = np.clip(values + _step(H, g, free, damping) * scale, low, high)
             else:
                 trial = values + 0.5 ** (turn - DAMPED + 1) * (farthest - values)
+        if gained == 0.0 and kept and promised > RETAKEN:
+            damping, kept = FIRST, False
+            continue
         # A heavily damped step gains little along a valley; only a nearly free one tells that the floor is reached.
         if gained < tolerance and (damping < 1e-7 or gained == 0.0):
             break
-        exact = gained > BROYDEN * cost**0.5
-        if not exact and _promise(*_normal(jacobian, residual, knobs, values), knobs, values) < PROMISE * tolerance:
+        kept = gained > BROYDEN * cost**0.5
+        promised = _promise(*_normal(jacobian, residual, knobs, values), knobs, values)
+        if not kept and promised < PROMISE * tolerance:
             break
     return Fitted(turned(model, knobs, values), knobs, values, cost, residual, jacobian)
 
