@@ -347,3 +347,18 @@ def test_a_speed_that_is_younger_than_now_takes_no_finding_away(
 
     assert not list(gains.better_ones(bare, opener, {}, ()))  # type: ignore[arg-type]
     assert bool(opened) is tried
+
+
+def test_a_rival_of_a_limit_gains_nothing_by_samples_at_which_the_limit_is_met(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the limit explains there counts for neither: a step of the position at one had gained 9323 against 7998."""
+    gained = {"all": 9323.0, "what both count": 5000.0}
+    monkeypatch.setattr(gains, "effort_floor", lambda stand: np.zeros(1))
+    monkeypatch.setattr(gains, "leaves_nothing", lambda *args: True)
+    monkeypatch.setattr(gains, "refit", lambda *args: SimpleNamespace(fitted=SimpleNamespace(model=None, knobs=())))
+    monkeypatch.setattr(gains, "settle", lambda *args: "all")
+    monkeypatch.setattr(gains, "over_the_same", lambda one, other: "what both count")
+    monkeypatch.setattr(gains, "likelier", lambda new, old: gained[new])
+    other = first = SimpleNamespace(stand=SimpleNamespace(lever=1.0))
+    rival = SimpleNamespace(linear=8250.0)
+    assert gains.is_better(7998.0, other, first, rival)  # type: ignore[arg-type]
+    assert not gains.is_better(4000.0, other, first, rival)  # type: ignore[arg-type]

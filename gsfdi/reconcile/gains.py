@@ -163,4 +163,5 @@ def is_better(gain: float, other: Round, first: Round, rival: Entry | None) -> b
     fitted = refit(first, rival).fitted
     if fitted is None:
         return gain > rival.linear
-    return gain > ALIKE * likelier(settle(first.stand, fitted.model, fitted.knobs, floor), first)
+    settled = settle(first.stand, fitted.model, fitted.knobs, floor)
+    return gain > ALIKE * likelier(over_the_same(settled, other), over_the_same(first, other))
