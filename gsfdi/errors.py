@@ -52,6 +52,19 @@ def one_line(text: str) -> str:
     return " ".join(text.split())
 
 
+def is_interruption(error: BaseException) -> bool:
+    """Whether an error is Ctrl-C in disguise: raised within a compiled function it comes out as an error of that.
+
+    Examples
+    --------
+    >>> error = SystemError("a result with an exception set")
+    >>> error.__cause__ = KeyboardInterrupt()
+    >>> is_interruption(error), is_interruption(SystemError("a bug"))
+    (True, False)
+    """
+    return isinstance(error, KeyboardInterrupt) or (error.__cause__ is not None and is_interruption(error.__cause__))
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Advice that follows a name nobody knows.
 

@@ -8,11 +8,13 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import click
 import pytest
 
 from gsfdi.cli import cli, run
+from gsfdi.pipeline import reconcile as pipeline
 
 COMMANDS = ("ingest", "baseline", "analyze", "simulate", "reconcile", "prove", "nightly", "terms")
 Said = tuple[int, str, str]
@@ -214,3 +216,13 @@ def test_an_interrupt_is_one_line(signal: int) -> None:
     _, err = running.communicate(timeout=20)
     assert running.returncode == 130
     assert one_line(err.removeprefix("\n"))  # click begins a new line after ^C
+
+
+def test_an_interruption_within_a_compiled_function_stops_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    def compiled(*_: object, **__: object) -> None:
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr(pipeline, "reconcile_joint", compiled)
+    record = SimpleNamespace(source="day.parquet", joint="J1")
+    with pytest.raises(KeyboardInterrupt):
+        pipeline.answer(pipeline.Question((record,), None))  # type: ignore[arg-type]

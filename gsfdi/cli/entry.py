@@ -10,9 +10,10 @@ import click
 from gsfdi.cli.group import cli
 from gsfdi.cli.talk import DONE, INTERRUPTED, UNUSABLE
 from gsfdi.console import fail
-from gsfdi.errors import GsfdiError, UnusableInputError
+from gsfdi.errors import GsfdiError, UnusableInputError, is_interruption
 
 BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+STOPPED = "gsfdi: interrupted; nothing is left half-written, the same call starts again"
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -41,7 +42,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except click.ClickException as error:
         return fail(error.format_message(), UNUSABLE)
     except (click.Abort, KeyboardInterrupt):
-        return fail("gsfdi: interrupted; nothing is left half-written, the same call starts again", INTERRUPTED)
+        return fail(STOPPED, INTERRUPTED)
     except BrokenPipeError:
         # The reader of a pipe, `head` say, has had enough; Python would complain once more on closing stdout.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -49,6 +50,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         return fail(str(UnusableInputError(error.filename or "gsfdi", str(error.strerror or error))), UNUSABLE)
     except Exception as error:
+        if is_interruption(error):
+            return fail(STOPPED, INTERRUPTED)
         bug = f"gsfdi: {type(error).__name__}: {error}; this is a bug in gsfdi, -vv shows where"
         return fail(bug, UNUSABLE)
     return int(status or DONE)

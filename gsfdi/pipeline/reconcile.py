@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from gsfdi import ingest as reading
 from gsfdi.atomic import write_text
-from gsfdi.errors import GsfdiError, UnusableInputError, nearest
+from gsfdi.errors import GsfdiError, UnusableInputError, is_interruption, nearest
 from gsfdi.model import JointModel
 from gsfdi.modelfile import dump, load_models, terms
 from gsfdi.pipeline.outcome import Outcome, absent, by_joint, mappings_of, need
@@ -63,6 +63,8 @@ def answer(question: Question, hands: int = 1) -> Reconciliation | Problem:
     except GsfdiError as error:
         return Problem(subject, f"{error.subject}: {error.what}", error.mend, "left_out")
     except Exception as error:
+        if is_interruption(error):
+            raise KeyboardInterrupt from error
         LOG.debug("%s", subject, exc_info=True)
         bug = f"{type(error).__name__}: {error}; this is a bug in gsfdi"
         return Problem(subject, bug, "'--jobs 1 -vv' shows where; leave the joint out until it is mended", "left_out")
