@@ -90,9 +90,9 @@ class Read:
     @property
     def stamps(self) -> list[LawFinding]:
         """Late stamps that the law tells beside a logged speed."""
-        return (
-            [f for f in self.law.findings if f.term == LATE] if self.law is not None and self.stand.sees_speed else []
-        )
+        if self.law is None or not self.stand.sees_speed:
+            return []
+        return [f for f in self.law.findings if f.term == LATE]
 
     @cached_property
     def unseen(self) -> "Read | None":

@@ -14,7 +14,15 @@ from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.compete import DETAIL, MAIN, Contest, compete, undecided
 from gsfdi.reconcile.contract import Settled
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
-from gsfdi.reconcile.entries import groups_of, law_entries, parameters_of, shift_entries, smallest_seen, term_entries
+from gsfdi.reconcile.entries import (
+    groups_of,
+    law_entries,
+    nearly_alone,
+    parameters_of,
+    shift_entries,
+    smallest_seen,
+    term_entries,
+)
 from gsfdi.reconcile.evidence import evidence_of
 from gsfdi.reconcile.finalists import PLAIN, merit
 from gsfdi.reconcile.gains import settle_law
@@ -32,6 +40,8 @@ from gsfdi.reconcile.verdict import PARTLY, bent_by_law, is_hopeless, left_of, v
 from gsfdi.reconcile.verify import left_over
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
+
+HELD_OUT = "held-out misfit"
 
 
 def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Sequence[str] = ()) -> Reconciliation:
@@ -85,8 +95,12 @@ def _told(case: Case) -> Reconciliation:
     entries = [*law_entries(case), *term_entries(case), *shift_entries(lone)]
     left = left_of(case)
     verdict = verdict_of(case, entries, left)
+    said = told_of(case, verdict, left)
     if verdict == "unexplained":  # what only looked like the nearest is no name; it stays in the ranking
         entries = law_entries(case)
+        if (number := None if entries else nearly_alone(case)) is not None:
+            case, lone, left = number
+            entries, moved, verdict, said = shift_entries(lone), lone, "partly_explained", (left, HELD_OUT)
     model = case.updated
     before = locate.torque_of(case.first.stand, [e[0] for e in case.first.stand.innovations([case.settled.model])])
     after = locate.torque_of(case.hand.stand, case.hand.innovations)
@@ -94,7 +108,7 @@ def _told(case: Case) -> Reconciliation:
     moved_off = bool(entries) or verdict in ("unexplained", "partly_explained")
     fit = _fit(case, model)
     anew = rewritten(case.settled.model.physics, case.hand.fitted.model.physics, case.nominal.axis)
-    says = summary(verdict, entries, *told_of(case, verdict, left)) + bent(bent_by_law(case) if entries else []) + anew
+    says = summary(verdict, entries, *said) + bent(bent_by_law(case) if entries else []) + anew
     return Reconciliation(
         joint=case.joint,
         verdict=verdict,
@@ -120,7 +134,7 @@ def _told(case: Case) -> Reconciliation:
 def told_of(case: Case, verdict: Outcome, left: float) -> tuple[float, str]:
     """Share that remains, and of what: held-out misfits, where these alone say that part is explained."""
     if verdict == "partly_explained" and left >= PARTLY:
-        return left_over(case.logged, case.refitted, case.updated), "held-out misfit"
+        return left_over(case.logged, case.refitted, case.updated), HELD_OUT
     return left, "missing torque"
 
 
