@@ -148,7 +148,7 @@ def compete(
     given, window = len(model.physics), typical_window(first.stand, first.innovations)
     if window != first.stand.window:
         first = opening(first.stand.judged_in(window), model, level)
-    shelf_terms, (first, hand, contests) = other_way(first, shelf_terms, given, most)
+    first, hand, contests = other_way(first, shelf_terms, given, most)
     found, floor = hand.fitted.model.physics[given:], effort_floor(first.stand)
     if not explains(hand, first, floor) or pieces_of(found) >= PIECES:
         return first, hand, contests  # what is kept for judging has no part in what is missing yet
@@ -163,30 +163,21 @@ def compete(
 
 def other_way(
     first: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int, most: int
-) -> tuple[Mapping[str, PhysicsTerm], tuple[Round, Round, list[Contest]]]:
+) -> tuple[Round, Round, list[Contest]]:
     """Hold all contests, and once more without a number of the plant that won the first where that explains too little.
 
     The step that gains most may lead nowhere. Of a gap between teeth and a cable that pulls across it the first alone
     gained 5563 and the second less than nothing, both together 51,867; a stiffness of a third gained 17,099, and all
     that came after it left nearly as much. For the arguments see `rounds`.
-
-    Returns
-    -------
-    mapping of str to PhysicsTerm
-        Terms that competed.
-    tuple
-        What came of it, see `rounds`.
     """
     found = rounds(first, shelf_terms, given, most)
     (begun, hand, contests), floor = found, effort_floor(first.stand)
     winner = contests[0].winner.offer.term if contests[0].winner is not None else ""
     if winner not in TERM_OF.values() or explains(hand, begun, floor):
-        return shelf_terms, found
+        return found
     rest = {name: term for name, term in shelf_terms.items() if name != winner}
     other = rounds(first, rest, given, most)
-    if explains(other[1], other[0], floor) and likelier(other[1], hand) > 0:
-        return rest, other
-    return shelf_terms, found
+    return other if explains(other[1], other[0], floor) and likelier(other[1], hand) > 0 else found
 
 
 def explains(hand: Round, first: Round, floor: Array) -> bool:
