@@ -54,7 +54,6 @@ from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.lagging import beside_positions
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
-from gsfdi.reconcile.parameters import TERM_OF
 from gsfdi.reconcile.screen import LEAST, Entry, Screening, refits, screen
 from gsfdi.reconcile.simpler import simplified
 from gsfdi.reconcile.smallest import Smallest, smallest
@@ -148,9 +147,10 @@ def compete(
     given, window = len(model.physics), typical_window(first.stand, first.innovations)
     if window != first.stand.window:
         first = opening(first.stand.judged_in(window), model, level)
-    first, hand, contests = other_way(first, shelf_terms, given, most)
+    first, hand, contests = rounds(first, shelf_terms, given, most)
     found, floor = hand.fitted.model.physics[given:], effort_floor(first.stand)
-    if not explains(hand, first, floor) or pieces_of(found) >= PIECES:
+    explains = leaves_nothing(hand, floor) or missing(hand, floor) < DETAIL * missing(first, floor)
+    if not explains or pieces_of(found) >= PIECES:
         return first, hand, contests  # what is kept for judging has no part in what is missing yet
     window = typical_window(first.stand, hand.innovations)  # an end stop that is met then only shows in a good fit
     if window == first.stand.window:
@@ -159,30 +159,6 @@ def compete(
             return first, hand, contests
     first = opening(first.stand.judged_in(window), model, level)
     return rounds(first, shelf_terms, given, most)
-
-
-def other_way(
-    first: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int, most: int
-) -> tuple[Round, Round, list[Contest]]:
-    """Hold all contests, and once more without a number of the plant that won the first where that explains too little.
-
-    The step that gains most may lead nowhere. Of a gap between teeth and a cable that pulls across it the first alone
-    gained 5563 and the second less than nothing, both together 51,867; a stiffness of a third gained 17,099, and all
-    that came after it left nearly as much. For the arguments see `rounds`.
-    """
-    found = rounds(first, shelf_terms, given, most)
-    (begun, hand, contests), floor = found, effort_floor(first.stand)
-    winner = contests[0].winner.offer.term if contests[0].winner is not None else ""
-    if winner not in TERM_OF.values() or explains(hand, begun, floor):
-        return found
-    rest = {name: term for name, term in shelf_terms.items() if name != winner}
-    other = rounds(first, rest, given, most)
-    return other if explains(other[1], other[0], floor) and likelier(other[1], hand) > 0 else found
-
-
-def explains(hand: Round, first: Round, floor: Array) -> bool:
-    """Whether what was found leaves nothing, or a detail of what was missing with parameters only."""
-    return leaves_nothing(hand, floor) or missing(hand, floor) < DETAIL * missing(first, floor)
 
 
 def rounds(
