@@ -20,6 +20,23 @@ CALM = 9
 
 
 @dataclass(frozen=True)
+class Curve:
+    """Values read at any moment by cubics, which follow a ringing joint where straight lines would not."""
+
+    known: Array
+    values: Array
+
+    def __call__(self, t: Array) -> Array:
+        """Values at times `t`, beyond the ends those of the ends."""
+        at = np.clip(t, self.known[0], self.known[-1])
+        return self.values if np.array_equal(at, self.known) else np.asarray(self._cubics(at))
+
+    @cached_property
+    def _cubics(self) -> CubicSpline:
+        return CubicSpline(self.known, self.values)
+
+
+@dataclass(frozen=True)
 class Course:
     """Position and speed of a stretch, and what the setpoint asks for, whatever the law makes of them.
 
@@ -28,8 +45,8 @@ class Course:
     record : JointRecord
     good : (n,) bool array
         Samples of which both position and speed are logged.
-    position, velocity : (m,) arrays
-        There, the speed on the joint's side of the gear [rad, rad/s].
+    position, velocity : Curve
+        Drawn through these, the speed on the joint's side of the gear [rad, rad/s].
     rate : (n,) array
         Of the setpoint [rad/s].
     unrated : (n,) bool array
@@ -38,15 +55,10 @@ class Course:
 
     record: JointRecord
     good: Mask
-    position: Array
-    velocity: Array
+    position: Curve
+    velocity: Curve
     rate: Array
     unrated: Mask
-
-    @cached_property
-    def known(self) -> Array:
-        """Times of the good samples."""
-        return self.record.t[self.good]
 
     @cached_property
     def ahead(self) -> Array:
@@ -54,37 +66,15 @@ class Course:
         name = f"{self.record.effort}_feedforward"
         return np.nan_to_num(self.record[name]) if name in self.record else np.zeros(len(self.record.t))
 
-    def position_at(self, t: Array) -> Array:
-        """Position at times `t`."""
-        return self._read(self._positions, self.position, t)
-
     def velocity_at(self, t: Array, age: float) -> Array:
         """Speed of age `age` at times `t`; one that is newer than the log has it still has the log's noise."""
         if age >= 0.0:
-            return self._read(self._speeds, self.velocity, t - age)
-        now, later = (self._read(self._calm_speeds, self._calm, moment) for moment in (t, t - age))
-        return self._read(self._speeds, self.velocity, t) + later - now
-
-    def _read(self, curve: CubicSpline, values: Array, t: Array) -> Array:
-        at = np.clip(t, self.known[0], self.known[-1])
-        return np.asarray(curve(at)) if not np.array_equal(at, self.known) else values
+            return self.velocity(t - age)
+        return self.velocity(t) + self._calm(t - age) - self._calm(t)
 
     @cached_property
-    def _calm(self) -> Array:
-        return np.asarray(savgol_filter(self.velocity, CALM, 3))
-
-    # cubics follow a ringing joint where straight lines would not
-    @cached_property
-    def _positions(self) -> CubicSpline:
-        return CubicSpline(self.known, self.position)
-
-    @cached_property
-    def _speeds(self) -> CubicSpline:
-        return CubicSpline(self.known, self.velocity)
-
-    @cached_property
-    def _calm_speeds(self) -> CubicSpline:
-        return CubicSpline(self.known, self._calm)
+    def _calm(self) -> Curve:
+        return Curve(self.velocity.known, np.asarray(savgol_filter(self.velocity.values, CALM, 3)))
 
 
 def course_of(record: JointRecord, model: JointModel, beyond: Array | float = 0.0) -> Course | None:
@@ -107,7 +97,8 @@ def course_of(record: JointRecord, model: JointModel, beyond: Array | float = 0.
     if good.sum() < LEAST:
         return None
     unknown = unrated(record, untold and model.structure == "flexible")
-    return Course(record, good, position[good], velocity[good], setpoint_rate(record), unknown)
+    way, speed = (Curve(record.t[good], values[good]) for values in (position, velocity))
+    return Course(record, good, way, speed, setpoint_rate(record), unknown)
 
 
 def unrated(record: JointRecord, winds: bool = False) -> Mask:

@@ -323,7 +323,7 @@ def _plateau(held: Held, depth: float, step: float, windup: Windup) -> LawFindin
     then must gain no more (`step`).
     """
     begun = np.concatenate([np.arange(len(s.t)) >= BEGUN for s in held.sheets])  # not where a gap may still be felt
-    effort = np.abs(np.concatenate([s.effort for s in held.sheets])) * begun
+    effort = np.concatenate([s.size for s in held.sheets]) * begun
     near = effort > depth * float(np.sort(effort)[-3])
     limit = float(np.median(effort[near]))
     over = _asked(held, limit, windup) > limit  # noise lifts the highest efforts above it, not those asked to be higher
@@ -370,9 +370,9 @@ def is_pinned(held: Held, finding: LawFinding) -> bool:
     """
     noise, limit, at_it = effort_noise(held.log.model), finding.values["limit_a"], []
     for sheet in held.sheets:
-        there = np.sign(sheet.effort) * (np.abs(sheet.effort) > limit - HELD * noise)
+        there = np.sign(sheet.effort) * (sheet.size > limit - HELD * noise)
         stays = np.split(np.arange(len(there)), np.flatnonzero(np.diff(there)) + 1)
-        at_it += [np.abs(sheet.effort[stay[1:-1]]) for stay in stays if there[stay[0]] and len(stay) >= STAY]
+        at_it += [sheet.size[stay[1:-1]] for stay in stays if there[stay[0]] and len(stay) >= STAY]
     values = np.concatenate([*at_it, np.zeros(0)])
     loud = hiss([sheet.effort for sheet in held.sheets]) > EXACT * noise > 0
     return loud and len(values) >= PINNED and float(np.std(values)) < (1.0 + 2.0 / np.sqrt(2.0 * len(values))) * noise

@@ -252,14 +252,14 @@ def best_entry(
     diagonal += own[..., 0]
     if own.shape[1] == 2:
         info[:, [0, 1], [1, 0]] += own[:, :1, 1]
-    shown = np.all(diagonal >= 1e-6 * own[..., 0] + 1e-12, axis=1)
-    if not shown.any():
+    shown = np.flatnonzero(np.all(diagonal >= 1e-6 * own[..., 0] + 1e-12, axis=1))
+    if len(shown) == 0:
         return None
     diagonal *= 1 + 1e-9
     c = np.linalg.solve(info[shown], -score[shown][..., None])[..., 0]
     gains = -0.5 * np.sum(score[shown] * c, axis=1)
     for k in np.argsort(-gains, kind="stable"):
-        onset, values = onsets[np.flatnonzero(shown)[k]], offer.mix(c[k])
+        onset, values = onsets[shown[k]], offer.mix(c[k])
         if values is not None and (onset is None or not is_less(offer, values)):  # no file holds less from a time on
             return Entry(offer, onset, c[k], float(gains[k]), (rows.start, rows.stop))
     return None

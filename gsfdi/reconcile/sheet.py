@@ -126,7 +126,7 @@ def laid_out(course: Course, model: JointModel, law: Controller, late: float = 0
     """Lay out a stretch whose measurements are stamped `late` [s] too late."""
     record, good = course.record, course.good
     t, effort = record.t, record[record.effort]
-    position, velocity = course.position_at(t + late), course.velocity_at(t + late, law.derivative_delay)
+    position, velocity = course.position(t + late), course.velocity_at(t + late, law.derivative_delay)
     error = record["setpoint"] - position
     error[~good] = np.interp(t[~good], t[good], error[good])  # a lost row's setpoint is on a line, its position is not
     growth = np.concatenate([[0.0], 0.5 * (error[1:] + error[:-1]) * np.diff(t)]) * law.integral
