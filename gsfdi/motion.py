@@ -165,6 +165,8 @@ class PhysicsTerm:
         Joints that can have it.
     axes : tuple of str
         Axes in whose motion it is looked for.
+    sided : bool
+        Whether a dry friction is greater in one direction than in the other, and so its law reads `DIRECTION`.
     dissipative : bool
         Whether it can only take energy out, for parameters within their bounds.
     memory : bool
@@ -195,6 +197,7 @@ class PhysicsTerm:
     sides: tuple[Literal["motor", "output"], ...] = ()
     structures: tuple[Literal["flexible", "rigid"], ...] = ("flexible", "rigid")
     axes: tuple[Axis, ...] = ("rotary", "linear")
+    sided: bool = False
     dissipative: bool = False
     memory: bool = False
     stiffness: Callable[[Array], float] | None = None

@@ -191,7 +191,8 @@ def pack(model: JointModel, finer: int = 1) -> Array:
     slow = TURNING * max((use.values.get(SMOOTH.name, 0.0) for use in model.physics), default=0.0)
     play = any(is_play(term_of(use)) for _, use in chosen)
     turn = turn_rate(model, eras) * finer
-    head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, slow, turn, play, len(eras)]
+    sided = any(term_of(use).sided for _, use in chosen)
+    head = [*gains, step, wave * finer, model.plant.gear_ratio, rigid, slow, turn, play, sided, len(eras)]
     first = [bisect_left(slots, slot) for slot in range(layout.SLOTS + 1)]
     return np.concatenate([head, first, np.ravel(eras), rows.ravel()], dtype=np.float64)
 

@@ -187,6 +187,16 @@ def test_its_law_is_finite(name: str) -> None:
         assert math.isfinite(term.law(m, drawn(term, rng), np.full(STATES, np.nan)))
 
 
+@pytest.mark.parametrize("name", [name for name in NAMES if terms()[name].place == "dry"])
+def test_a_friction_that_minds_its_direction_says_so(name: str) -> None:
+    term, rng = terms()[name], np.random.default_rng(3)
+    p, forth = drawn(term, rng), motions(rng, 20)
+    back = forth.copy()
+    back[:, DIRECTION] *= -1
+    levels = [[term.law(m, p, np.full(STATES, np.nan)) for m in way] for way in (forth, back)]
+    assert term.sided == (levels[0] != levels[1])
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_linear_parameters_enter_linearly(name: str) -> None:
     term, rng = terms()[name], np.random.default_rng(2)

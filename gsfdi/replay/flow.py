@@ -3,64 +3,76 @@
 from gsfdi.replay import layout as at
 from gsfdi.replay.compiling import compiled, inlined
 
-TAYLOR = 12
-"""Terms of the exponential's series: exact to rounding for arguments below one quarter."""
-SHARES = tuple(1.0 / (k + 1) for k in range(TAYLOR + 1))
-"""What the integral of each term is of it, times the step."""
+TERMS = 14
+"""Terms of each series: exact to rounding for arguments below one quarter."""
+LATER, MATRICES = 3, 3 + TERMS
+"""Place of the series among the matrices, and how many there are."""
 
 
 @compiled
 def series(model, era, spring, powers):  # type: ignore[no-untyped-def]
-    """Fill ``powers[k] = A^k / k!`` for the plant of the era that begins at index `era`, of the `spring` given."""
-    matrix = powers[TAYLOR + 1]  # spare room
-    for i in range(4):
-        for j in range(4):
-            matrix[i, j] = 0.0
-    drag = model[era + at.DAMPING] / model[era + at.INERTIA_OUTPUT]
-    matrix[0, 1] = 1.0
-    if model[at.RIGID] > 0:
-        matrix[1, 1] = -drag
-    else:
+    """Fill what `transitions` needs of the plant of the era that begins at index `era`, of the `spring` given.
+
+    As A⁴ is -(a A³ + b A² + c A) (Cayley and Hamilton), the exponential's integral over h is h + u A + v A² + w A³.
+    ``powers[:3]`` are A, A² and A³, which leave ``[:, 0, 0]`` empty for c, b and a; ``powers[LATER + k, 0, :3]`` is
+    what h^(k + 2) adds to u, v and w.
+    """
+    powers[:LATER] = 0.0
+    drag, on_motor, on_both = model[era + at.DAMPING] / model[era + at.INERTIA_OUTPUT], 0.0, 0.0
+    powers[0, 0, 1], powers[0, 1, 1] = 1.0, -drag
+    if model[at.RIGID] == 0:
         on_motor = spring / model[era + at.INERTIA_MOTOR]
-        matrix[1, 2], matrix[2, 3] = on_motor, 1.0
-        matrix[3, 1], matrix[3, 3] = -drag, -drag
-        matrix[3, 2] = -on_motor - spring / model[era + at.INERTIA_OUTPUT]
-    for k in range(TAYLOR + 1):
+        on_both = on_motor + spring / model[era + at.INERTIA_OUTPUT]
+        powers[0, 1, 1], powers[0, 1, 2], powers[0, 2, 3] = 0.0, on_motor, 1.0
+        powers[0, 3, 1], powers[0, 3, 2], powers[0, 3, 3] = -drag, -on_both, -drag
+    for n in range(1, LATER):
         for i in range(4):
             for j in range(4):
-                value = 1.0 if k == 0 and i == j else 0.0
-                for n in range(4 if k > 0 else 0):
-                    value += powers[k - 1, i, n] * matrix[n, j]
-                powers[k, i, j] = value / max(k, 1)
+                for k in range(4):
+                    powers[n, i, j] += powers[n - 1, i, k] * powers[0, k, j]
+    c, b, a = drag * on_motor, on_both, drag
+    u, v, w, share = 1.0, 0.0, 0.0, 0.5
+    for k in range(TERMS):
+        powers[LATER + k, 0, 0], powers[LATER + k, 0, 1], powers[LATER + k, 0, 2] = u * share, v * share, w * share
+        u, v, w, share = -c * w, u - b * w, v - a * w, share / (k + 3)
+    powers[0, 0, 0], powers[1, 0, 0], powers[2, 0, 0] = c, b, a
 
 
 @compiled
 def transitions(model, era, powers, half, flow, first):  # type: ignore[no-untyped-def]
-    """Fill ``flow[first] = [Φ(h/2), Γ(h/2)]`` (4, 6) by Horner's rule over the series, the next with those of h."""
-    next_one = first + 1
-    for i in range(4):
-        b, c, d, held_motor, held_output = 0.0, 0.0, 0.0, 0.0, 0.0
-        for k in range(TAYLOR, -1, -1):  # five sums side by side, none of which waits for another
-            b = b * half + powers[k, i, 1]
-            c = c * half + powers[k, i, 2]
-            d = d * half + powers[k, i, 3]
-            held_motor = held_motor * half + powers[k, i, 1] * SHARES[k]
-            held_output = held_output * half + powers[k, i, 3] * SHARES[k]
-        flow[first, i, 0] = 1.0 if i == 0 else 0.0  # A has nothing in its first column
-        flow[first, i, 1], flow[first, i, 2], flow[first, i, 3] = b, c, d
-        held_motor, held_output = held_motor * half, held_output * half
-        if model[at.RIGID] > 0:
-            flow[first, i, 4] = held_motor / model[era + at.INERTIA_OUTPUT]
-            flow[first, i, 5] = flow[first, i, 4]
-        else:
-            flow[first, i, 4] = (held_motor - held_output) / model[era + at.INERTIA_MOTOR]
-            flow[first, i, 5] = held_output / model[era + at.INERTIA_OUTPUT]
-    for i in range(4):
-        for j in range(6):
-            twice = flow[first, i, j] if j > 3 else 0.0
-            for n in range(4):
-                twice += flow[first, i, n] * flow[first, n, j]
-            flow[next_one, i, j] = twice
+    """Fill ``flow[first] = [Φ(h/2), Γ(h/2)]`` (4, 6), the next with those of h."""
+    c, b, a = powers[0, 0, 0], powers[1, 0, 0], powers[2, 0, 0]
+    u, v, w = 0.0, 0.0, 0.0
+    for k in range(TERMS - 1, -1, -1):  # three sums side by side: none waits for another
+        u = u * half + powers[LATER + k, 0, 0]
+        v = v * half + powers[LATER + k, 0, 1]
+        w = w * half + powers[LATER + k, 0, 2]
+    u, v, w = u * half**2, v * half**2, w * half**2
+    flow_of(model, era, powers, half, u, v, w, flow, first)
+    p, q, r = half - c * w, u - b * w, v - a * w  # what Φ has of A, A² and A³; times the integral it has up to A⁶
+    sixth = r * w
+    fifth = q * w + r * v - a * sixth
+    fourth = p * w + q * v + r * u - b * sixth - a * fifth
+    third = w + p * v + q * u + r * half - c * sixth - b * fifth - a * fourth
+    second = v + p * u + q * half - c * fifth - b * fourth
+    flow_of(model, era, powers, 2 * half, 2 * u + p * half - c * fourth, v + second, w + third, flow, first + 1)
+
+
+@compiled
+def flow_of(model, era, powers, h, u, v, w, flow, row):  # type: ignore[no-untyped-def]
+    """Fill ``flow[row]`` with Φ(h) and Γ(h), the exponential's integral being h + u A + v A² + w A³."""
+    p, q, r = h - powers[0, 0, 0] * w, u - powers[1, 0, 0] * w, v - powers[2, 0, 0] * w
+    rigid, per_output = model[at.RIGID] > 0, 1.0 / model[era + at.INERTIA_OUTPUT]
+    per_motor = 0.0 if rigid else 1.0 / model[era + at.INERTIA_MOTOR]
+    for i in range(2 if rigid else 4):  # a rigid joint has no wind-up
+        flow[row, i, 0] = 1.0 if i == 0 else 0.0  # A has nothing in its first column
+        for j in range(1, 4):
+            own = 1.0 if i == j else 0.0
+            flow[row, i, j] = own + p * powers[0, i, j] + q * powers[1, i, j] + r * powers[2, i, j]
+        on_motor = (h if i == 1 else 0.0) + u * powers[0, i, 1] + v * powers[1, i, 1] + w * powers[2, i, 1]
+        on_output = (h if i == 3 else 0.0) + u * powers[0, i, 3] + v * powers[1, i, 3] + w * powers[2, i, 3]
+        flow[row, i, 4] = on_motor * per_output if rigid else (on_motor - on_output) * per_motor
+        flow[row, i, 5] = on_motor * per_output if rigid else on_output * per_output
 
 
 @inlined

@@ -38,8 +38,10 @@ def dry_range(slot, model, m, states):  # type: ignore[no-untyped-def]
     """Least and greatest torque of the dry friction in `slot`."""
     m[motion.DIRECTION] = 1.0
     high = total(slot, model, m, states)
-    m[motion.DIRECTION] = -1.0
-    low = -total(slot, model, m, states)
+    low = -high
+    if model[at.SIDED] > 0:
+        m[motion.DIRECTION] = -1.0
+        low = -total(slot, model, m, states)
     m[motion.DIRECTION] = 1.0 if m[motion.SPEED] >= 0 else -1.0
     return min(low, high), max(low, high)
 

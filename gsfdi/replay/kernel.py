@@ -11,7 +11,7 @@ from gsfdi import motion
 from gsfdi.replay import layout as at
 from gsfdi.replay.compiling import SOURCES, compiled, inlined, stamp
 from gsfdi.replay.controller import command
-from gsfdi.replay.flow import TAYLOR, series
+from gsfdi.replay.flow import MATRICES, series
 from gsfdi.replay.laws import mapped
 from gsfdi.replay.sensors import sense, show
 from gsfdi.replay.travel import travel
@@ -123,7 +123,7 @@ def scratch(terms: int) -> tuple[Array, Array, Array, Array, Array]:
         np.zeros(motion.QUANTITIES),
         np.zeros((at.VECTORS, 4)),
         np.zeros((8, 4, 6)),
-        np.zeros((2, TAYLOR + 2, 4, 4)),
+        np.zeros((2, MATRICES, 4, 4)),
         np.zeros(2 * (motion.STATES * terms + 1)),
     )
 

@@ -46,4 +46,5 @@ TERM = PhysicsTerm(
     source="A. Janot, M. Gautier and M. Brunot, Data Set and Reference Models of EMPS (2019): Fc± and Fv±",
     signature=("balance",),
     sides=("motor", "output"),
+    sided=True,
 )
