@@ -62,7 +62,8 @@ def summary(verdict: Outcome, entries: Sequence[Mapping[str, Any]], left: float,
         return "Simulation and recording differ, and nothing in the library accounts for it; the location still stands."
     if verdict == "explained":
         return f"The mismatch is explained by {named}."
-    return f"{named} account for part of the mismatch; {100 * left:.0f} % of the {of} remains unexplained."
+    verb = "accounts" if len(entries) == 1 else "account"
+    return f"{named} {verb} for part of the mismatch; {100 * left:.0f} % of the {of} remains unexplained."
 
 
 def spelled(name: str, axis: str) -> str:
