@@ -18,6 +18,7 @@ from gsfdi.reconcile.knobs import plausible
 from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.regauge import regauged
 from gsfdi.reconcile.rivals import DRY, rivals
+from gsfdi.reconcile.screen import LEAST
 from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.reconcile.simpler import fewer, there_all_along, without
 from gsfdi.reconcile.ticks import CLOCKS, READ, unshifted
@@ -156,7 +157,7 @@ def names(
         contest = contest_of(use, contests)
         bare = without(hand, place)
         gain = max(bare.cost - hand.fitted.cost, 0.0)
-        if swaps and gain < WITHIN * inflation(hand):  # it mended what was wrong with the one that has lost its place
+        if swaps and gain < max(LEAST, WITHIN * inflation(hand)):  # what it gained is owed to one that lost its place
             return names(around(hand, bare), given, contests, shelf_terms, shown, thorough)
         rows = []
         if contest is not None:
