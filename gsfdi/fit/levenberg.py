@@ -109,7 +109,7 @@ def levenberg(
             if np.isfinite(new) and new < cost:
                 taken = (trial - values) / scale
                 # Broyden: the step itself has shown the slope along it; no replays for the others while it goes well
-                jacobian += np.outer((left - residual - jacobian @ taken) / max(taken @ taken, 1e-300), taken)
+                jacobian += np.outer(taken, (left - residual - jacobian @ taken) / max(taken @ taken, 1e-300)).T
                 gained, values, residual, cost = cost - new, trial, left, new
                 damping /= 100
                 break
@@ -166,9 +166,9 @@ def slopes(
     Taken from `both` sides of `values`, but at a bound from the one that is left; a knob that is held has none. A step
     to one side alone is half the work and feels how the misfit bends.
     """
-    given = np.zeros((len(residual), 0)) if known is None else known
+    first = 0 if known is None else known.shape[1]
     turned_to, ends = [], []
-    for i, knob in enumerate(knobs[given.shape[1] :], start=given.shape[1]):
+    for i, knob in enumerate(knobs[first:], start=first):
         size = STEP * max(knob.scale, SHARE * abs(values[i]) if knob.is_size else 0.0)
         above, below = min(size, max(knob.high - values[i], 0.0)), min(size, max(values[i] - knob.low, 0.0))
         if not both:
@@ -176,16 +176,17 @@ def slopes(
         own = np.arange(len(values)) == i
         turned_to += [turned(model, knobs, np.where(own, values[i] + step, values)) for step in (above, -below) if step]
         ends.append((above, below))
-    if not any(above + below for above, below in ends):
-        return np.hstack([given, np.zeros((len(residual), len(ends)))])
-    shown = iter(misfit(turned_to))
-    columns = []
-    for knob, (above, below) in zip(knobs[given.shape[1] :], ends, strict=True):
-        high = next(shown) if above else residual
-        low = next(shown) if below else residual
-        columns.append((high - low) / ((above + below) / knob.scale or 1.0))
-    slope = np.column_stack(columns)
-    return np.hstack([given, np.where(np.isfinite(slope), slope, 0.0)])
+    rows = np.zeros((len(knobs), len(residual)))
+    if known is not None:
+        rows[:first] = known.T
+    shown = iter(misfit(turned_to) if turned_to else ())
+    for row, knob, (above, below) in zip(rows[first:], knobs[first:], ends, strict=True):
+        if above or below:
+            high = next(shown) if above else residual
+            low = next(shown) if below else residual
+            row[:] = (high - low) / ((above + below) / knob.scale)
+    rows[~np.isfinite(rows)] = 0.0
+    return rows.T
 
 
 def _prior(knobs: Sequence[Knob], values: Array) -> tuple[Array, Array]:

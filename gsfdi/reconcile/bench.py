@@ -154,9 +154,10 @@ class Bench:
 
     def white(self, innovations: Sequence[Array], whiteners: Sequence[Whitener]) -> Array:
         """White innovations ``(m, rows)`` over all records, 0 during warm-up."""
-        return np.concatenate(
-            [w(e) * self.awake(i) for i, (e, w) in enumerate(zip(innovations, whiteners, strict=True))], axis=1
-        )
+        parts = [w(e) for e, w in zip(innovations, whiteners, strict=True)]
+        for i, part in enumerate(parts):
+            part *= self.awake(i)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
     def awake(self, record: int) -> Array:
         """1 for every row of a record that counts, 0 during warm-up and where it is kept for judging."""

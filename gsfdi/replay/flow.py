@@ -1,10 +1,12 @@
 """The linear joint under constant torques, advanced exactly by the matrix exponential."""
 
+import math
+
 from gsfdi.replay import layout as at
 from gsfdi.replay.compiling import compiled, inlined
 
 TERMS = 14
-"""Terms of each series: exact to rounding for arguments below one quarter."""
+"""Terms of each series: exact to rounding for arguments below one quarter; see `enough`."""
 LATER, MATRICES = 3, 3 + TERMS
 """Place of the series among the matrices, and how many there are."""
 
@@ -14,8 +16,8 @@ def series(model, era, spring, powers):  # type: ignore[no-untyped-def]
     """Fill what `transitions` needs of the plant of the era that begins at index `era`, of the `spring` given.
 
     As A⁴ is -(a A³ + b A² + c A) (Cayley and Hamilton), the exponential's integral over h is h + u A + v A² + w A³.
-    ``powers[:3]`` are A, A² and A³, which leave ``[:, 0, 0]`` empty for c, b and a; ``powers[LATER + k, 0, :3]`` is
-    what h^(k + 2) adds to u, v and w.
+    ``powers[:3]`` are A, A² and A³, which leave ``[:, 0, 0]`` empty for c, b and a, and ``[0, 1, 0]`` for the plant's
+    fastest rate; ``powers[LATER + k, 0, :3]`` is what h^(k + 2) adds to u, v and w.
     """
     powers[:LATER] = 0.0
     drag, on_motor, on_both = model[era + at.DAMPING] / model[era + at.INERTIA_OUTPUT], 0.0, 0.0
@@ -36,6 +38,15 @@ def series(model, era, spring, powers):  # type: ignore[no-untyped-def]
         powers[LATER + k, 0, 0], powers[LATER + k, 0, 1], powers[LATER + k, 0, 2] = u * share, v * share, w * share
         u, v, w, share = -c * w, u - b * w, v - a * w, share / (k + 3)
     powers[0, 0, 0], powers[1, 0, 0], powers[2, 0, 0] = c, b, a
+    powers[0, 1, 0] = max(math.sqrt(on_both), drag)
+
+
+@compiled
+def enough(argument):  # type: ignore[no-untyped-def]
+    """Terms after which a series of that argument no longer changes."""
+    if argument < 0.03:
+        return 5 if argument < 1e-3 else 8
+    return 11 if argument < 0.15 else TERMS
 
 
 @compiled
@@ -43,7 +54,7 @@ def transitions(model, era, powers, half, flow, first):  # type: ignore[no-untyp
     """Fill ``flow[first] = [Φ(h/2), Γ(h/2)]`` (4, 6), the next with those of h."""
     c, b, a = powers[0, 0, 0], powers[1, 0, 0], powers[2, 0, 0]
     u, v, w = 0.0, 0.0, 0.0
-    for k in range(TERMS - 1, -1, -1):  # three sums side by side: none waits for another
+    for k in range(enough(powers[0, 1, 0] * half) - 1, -1, -1):  # three sums side by side: none waits for another
         u = u * half + powers[LATER + k, 0, 0]
         v = v * half + powers[LATER + k, 0, 1]
         w = w * half + powers[LATER + k, 0, 2]
@@ -76,15 +87,17 @@ def flow_of(model, era, powers, h, u, v, w, flow, row):  # type: ignore[no-untyp
 
 
 @inlined
-def advance(flow, which, v, source, target, on_motor, on_output):  # type: ignore[no-untyped-def]
+def advance(model, flow, which, v, source, target, on_motor, on_output):  # type: ignore[no-untyped-def]
     """Set row `target` of the vectors to ``Φ x + Γ w`` of row `source`."""
     a, b, c, d = v[source, 0], v[source, 1], v[source, 2], v[source, 3]
+    flexible = model[at.RIGID] == 0
     for i in range(4):
-        v[target, i] = (
-            flow[which, i, 0] * a
-            + flow[which, i, 1] * b
-            + flow[which, i, 2] * c
-            + flow[which, i, 3] * d
-            + flow[which, i, 4] * on_motor
-            + flow[which, i, 5] * on_output
-        )
+        if i < 2 or flexible:
+            v[target, i] = (
+                flow[which, i, 0] * a
+                + flow[which, i, 1] * b
+                + flow[which, i, 2] * c
+                + flow[which, i, 3] * d
+                + flow[which, i, 4] * on_motor
+                + flow[which, i, 5] * on_output
+            )

@@ -130,7 +130,7 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
     drive = model[era + at.DRIVE_GAIN] * effort
     spring = v[at.TORQUES, 3] + beyond * v[at.X, 2]
     on_motor = v[at.TORQUES, 0] * drive + spring - v[at.TORQUES, 1]
-    advance(flow, first, v, at.X, at.MIDDLE, on_motor, -spring - v[at.TORQUES, 2])
+    advance(model, flow, first, v, at.X, at.MIDDLE, on_motor, -spring - v[at.TORQUES, 2])
     slow = is_slow(model, v)
     see(model, m, v, at.MIDDLE, time + 0.5 * h)
     m[motion.STEP], m[motion.CURRENT], m[motion.STIFFNESS] = h, effort, model[era + at.SPRING_RATE]
@@ -151,7 +151,7 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
     on_motor = total(at.MOTOR_TORQUE, model, m, states) - lever
     if any_in(at.MOTOR_DRY, model):
         motor_low, motor_high = dry_range(at.MOTOR_DRY, model, m, states)
-    advance(flow, full, v, at.X, at.FREE, factor * drive + spring - on_motor, -spring - on_output)
+    advance(model, flow, full, v, at.X, at.FREE, factor * drive + spring - on_motor, -spring - on_output)
     if model[at.WAVE] > 0:
         lead(flow, first, v, drive_early + spring_early - m[motion.EARLY], -spring_early)
     dry_motor, dry_output, motor_early, output_early, motor_did, output_did, motor_slid, output_slid = stop_dry(

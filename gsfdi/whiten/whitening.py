@@ -31,9 +31,11 @@ class Whitener(NamedTuple):
 
     def __call__(self, innovations: Array) -> Array:
         """White innovations ``(m, n p)`` of ``(m, n, 2)`` or ``(n, 2)`` under the base gain; 0 where one is missing."""
-        e = np.ascontiguousarray(np.atleast_3d(innovations.T).T[..., list(self.system.rows)])
+        rows = list(self.system.rows)
+        both = innovations if innovations.ndim == 3 else innovations[None]
+        e = np.ascontiguousarray(both if len(rows) == both.shape[-1] else both[..., rows])
         out = np.empty_like(e)
-        base = np.ascontiguousarray(self.base[: len(self.system.Ad), list(self.system.rows)])
+        base = np.ascontiguousarray(self.base[: len(self.system.Ad), rows])
         _refilter(self.system.Ad, self.system.C, base, self.gains, self.weights, self.steps, e, out)
         if self.colour.shape[1]:
             _bleach(self.colour, self.size, out)
@@ -232,26 +234,24 @@ def _refilter(Ad, C, K0, K, W, steps, e, out):  # type: ignore[no-untyped-def]
     """White innovations of the filter `K` from those of the observer `K0`; e and out are (m, n, p)."""
     m, n, p = e.shape
     nx = Ad.shape[0]
-    delta, work, inner = np.zeros(nx), np.zeros(nx), np.zeros(p)
-    for j in range(m):
-        delta[:] = 0.0
-        for k in range(n):
-            if steps[k] == 0:
-                delta[:] = 0.0
-            else:
-                for _ in range(steps[k]):
-                    for a in range(nx):
-                        total = 0.0
-                        for b in range(nx):
-                            total += Ad[a, b] * delta[b]
-                        work[a] = total
-                    delta[:] = work
+    delta, work, inner = np.zeros((m, nx)), np.zeros(nx), np.zeros(p)
+    for k in range(n):
+        if steps[k] == 0:
+            delta[:] = 0.0
+        for j in range(m):  # side by side: one waits for numbers of its own only
+            for _ in range(steps[k]):
+                for a in range(nx):
+                    total = 0.0
+                    for b in range(nx):
+                        total += Ad[a, b] * delta[j, b]
+                    work[a] = total
+                delta[j] = work
             missing = False
             for i in range(p):
                 inner[i] = e[j, k, i]
                 missing |= not np.isfinite(inner[i])
                 for a in range(nx):
-                    inner[i] -= C[i, a] * delta[a]
+                    inner[i] -= C[i, a] * delta[j, a]
             for i in range(p):
                 total = 0.0
                 for j2 in range(i + 1):
@@ -260,7 +260,7 @@ def _refilter(Ad, C, K0, K, W, steps, e, out):  # type: ignore[no-untyped-def]
             if not missing:
                 for a in range(nx):
                     for i in range(p):
-                        delta[a] += K[k, a, i] * inner[i] - K0[a, i] * e[j, k, i]
+                        delta[j, a] += K[k, a, i] * inner[i] - K0[a, i] * e[j, k, i]
 
 
 @numba.njit(cache=True)
