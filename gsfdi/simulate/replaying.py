@@ -187,7 +187,7 @@ def run(
 def announce_compilation() -> None:
     """Say so, once, where the kernel is about to be compiled rather than loaded from numba's cache."""
     if not kernel.is_compiled():
-        LOG.warning("compiling the simulator, once after installation: some 10 s")
+        LOG.warning("compiling the simulator, once after installation: some 20 s")
 
 
 def trace(model: JointModel, t: Array, state: Array, shown: Array) -> Trace:
