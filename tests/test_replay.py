@@ -13,7 +13,9 @@ from scipy.linalg import expm
 import gsfdi
 from gsfdi.model import Controller, JointModel, Plant, TermUse
 from gsfdi.modelfile import load_models
-from gsfdi.replay import compiling, kernel
+from gsfdi.packed import pack
+from gsfdi.replay import compiling, kernel, layout
+from gsfdi.replay.flow import transitions
 from gsfdi.simulate import Drive, Signals, Start, at_once, drive_from, replay, replay_many
 from gsfdi.training import training
 from gsfdi.types import Array
@@ -135,6 +137,22 @@ def test_irregular_stamps_are_integrated_over_their_own_steps() -> None:
         assert trace.position[k] == pytest.approx(x[0] + x[2], abs=1e-9)
         flow = expm(np.block([[a, b[:, None]], [np.zeros((1, 5))]]) * (t[k + 1] - t[k]))
         x = flow[:4, :4] @ x + flow[:4, 4] * effort[k]
+
+
+@pytest.mark.parametrize("phase", [1e-4, 9e-4, 1.1e-3, 0.029, 0.031, 0.149, 0.151, 0.25])
+def test_flows_match_the_matrix_exponential(phase: float) -> None:
+    """Half a step's and a step's, whichever terms of the series its fastest mode, of 45 rad/s, asks for."""
+    plant = replace(ERA.plant, damping=30.0)
+    _, _, flow, powers, _ = kernel.scratch(1)
+    model, (a, b) = pack(replace(ERA, plant=plant)), matrices(plant)
+    kernel.lay_out(model, layout.ERA_ROWS, powers)
+    half = phase / math.sqrt(-a[3, 2])
+    transitions(model, layout.ERA_ROWS, powers[0], half, flow, 0)
+    for k, step in enumerate((half, 2 * half)):
+        exact = expm(np.block([[a, b[:, None]], [np.zeros((1, 5))]]) * step)
+        np.testing.assert_allclose(flow[k, :, :4], exact[:4, :4], rtol=1e-12, atol=1e-15)
+        gain = plant.gear_ratio * plant.torque_constant
+        np.testing.assert_allclose(gain * flow[k, :, 4], exact[:4, 4], rtol=1e-12, atol=1e-18)
 
 
 def test_a_recording_faster_than_its_controller() -> None:

@@ -46,8 +46,9 @@ def regauged(hand: Round, given: int) -> Round:
     for knob, value in zip(hand.fitted.knobs, scaled, strict=True):
         if not 0 <= knob.place < given or not knob.prior:
             continue
-        if abs(value - knob.prior) > TOLERANCE * knob.doubt or _beside(model, given, knob.place) is not None:
-            model = _apart(model, given, knob, knob.prior, float(value) - knob.prior)
+        beside = _beside(model, given, knob.place)
+        if beside is not None or abs(value - knob.prior) > TOLERANCE * knob.doubt:
+            model = _apart(model, knob, knob.prior, float(value) - knob.prior, beside)
             kept.remove(knob)
     if len(kept) == len(hand.fitted.knobs):
         return hand
@@ -57,12 +58,12 @@ def regauged(hand: Round, given: int) -> Round:
     return around(hand, fitted) if fitted.cost < hand.fitted.cost else hand
 
 
-def _apart(model: JointModel, given: int, knob: Knob, nominal: float, more: float) -> JointModel:
+def _apart(model: JointModel, knob: Knob, nominal: float, more: float, place: int | None) -> JointModel:
     """Give a friction that the nominal model holds its number there again, and what is `more` a term of its own.
 
-    One of the same name and side that was found to be there all along takes it on.
+    What stands at `place`, of the same name and side and found to be there all along, takes it on.
     """
-    own, place = model.physics[knob.place], _beside(model, given, knob.place)
+    own = model.physics[knob.place]
     model = model.with_use(knob.place, replace(own, values={**own.values, knob.name: nominal}))
     if place is None:
         return replace(model, physics=(*model.physics, replace(own, values={**own.values, knob.name: more})))

@@ -7,8 +7,8 @@ from gsfdi.replay.compiling import compiled, inlined
 
 TERMS = 14
 """Terms of each series: exact to rounding for arguments below one quarter; see `enough`."""
-LATER, MATRICES = 3, 3 + TERMS
-"""Place of the series among the matrices, and how many there are."""
+LATER, NUMBERS, MATRICES = 3, 3 + TERMS, 4 + TERMS
+"""Places among the matrices of the series and of the plant's own numbers, and how many there are."""
 
 
 @compiled
@@ -16,8 +16,8 @@ def series(model, era, spring, powers):  # type: ignore[no-untyped-def]
     """Fill what `transitions` needs of the plant of the era that begins at index `era`, of the `spring` given.
 
     As A⁴ is -(a A³ + b A² + c A) (Cayley and Hamilton), the exponential's integral over h is h + u A + v A² + w A³.
-    ``powers[:3]`` are A, A² and A³, which leave ``[:, 0, 0]`` empty for c, b and a, and ``[0, 1, 0]`` for the plant's
-    fastest rate; ``powers[LATER + k, 0, :3]`` is what h^(k + 2) adds to u, v and w.
+    ``powers[:3]`` are A, A² and A³; ``powers[LATER + k, 0, :3]`` is what h^(k + 2) adds to u, v and w, and
+    ``powers[NUMBERS, 0]`` is c, b, a and the plant's fastest rate.
     """
     powers[:LATER] = 0.0
     drag, on_motor, on_both = model[era + at.DAMPING] / model[era + at.INERTIA_OUTPUT], 0.0, 0.0
@@ -37,8 +37,8 @@ def series(model, era, spring, powers):  # type: ignore[no-untyped-def]
     for k in range(TERMS):
         powers[LATER + k, 0, 0], powers[LATER + k, 0, 1], powers[LATER + k, 0, 2] = u * share, v * share, w * share
         u, v, w, share = -c * w, u - b * w, v - a * w, share / (k + 3)
-    powers[0, 0, 0], powers[1, 0, 0], powers[2, 0, 0] = c, b, a
-    powers[0, 1, 0] = max(math.sqrt(on_both), drag)
+    numbers = powers[NUMBERS, 0]
+    numbers[0], numbers[1], numbers[2], numbers[3] = c, b, a, max(math.sqrt(on_both), drag)
 
 
 @compiled
@@ -52,9 +52,10 @@ def enough(argument):  # type: ignore[no-untyped-def]
 @compiled
 def transitions(model, era, powers, half, flow, first):  # type: ignore[no-untyped-def]
     """Fill ``flow[first] = [Φ(h/2), Γ(h/2)]`` (4, 6), the next with those of h."""
-    c, b, a = powers[0, 0, 0], powers[1, 0, 0], powers[2, 0, 0]
+    numbers = powers[NUMBERS, 0]
+    c, b, a, rate = numbers[0], numbers[1], numbers[2], numbers[3]
     u, v, w = 0.0, 0.0, 0.0
-    for k in range(enough(powers[0, 1, 0] * half) - 1, -1, -1):  # three sums side by side: none waits for another
+    for k in range(enough(rate * half) - 1, -1, -1):  # three sums side by side: none waits for another
         u = u * half + powers[LATER + k, 0, 0]
         v = v * half + powers[LATER + k, 0, 1]
         w = w * half + powers[LATER + k, 0, 2]
@@ -72,7 +73,8 @@ def transitions(model, era, powers, half, flow, first):  # type: ignore[no-untyp
 @compiled
 def flow_of(model, era, powers, h, u, v, w, flow, row):  # type: ignore[no-untyped-def]
     """Fill ``flow[row]`` with Φ(h) and Γ(h), the exponential's integral being h + u A + v A² + w A³."""
-    p, q, r = h - powers[0, 0, 0] * w, u - powers[1, 0, 0] * w, v - powers[2, 0, 0] * w
+    numbers = powers[NUMBERS, 0]
+    p, q, r = h - numbers[0] * w, u - numbers[1] * w, v - numbers[2] * w
     rigid, per_output = model[at.RIGID] > 0, 1.0 / model[era + at.INERTIA_OUTPUT]
     per_motor = 0.0 if rigid else 1.0 / model[era + at.INERTIA_MOTOR]
     for i in range(2 if rigid else 4):  # a rigid joint has no wind-up
