@@ -74,7 +74,7 @@ def surprise(stand: Bench, innovations: Sequence[Array], torque: Array) -> float
     tools = stand.whiteners(torque)
     white = stand.white([e[None] for e in innovations], tools)[0]
     fade = np.concatenate([stand.awake(i)[:: len(stand.system.rows)] for i in range(len(tools))])
-    return 0.5 * float(white @ white + np.concatenate([w.logdet for w in tools]) @ fade)
+    return 0.5 * float(white @ white + np.concatenate([w.logdet[w.place] for w in tools]) @ fade)
 
 
 def effort_floor(stand: Bench) -> Array:
