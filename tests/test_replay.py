@@ -16,7 +16,7 @@ from gsfdi.modelfile import load_models
 from gsfdi.packed import pack
 from gsfdi.replay import compiling, kernel, layout
 from gsfdi.replay.flow import transitions
-from gsfdi.simulate import Drive, Signals, Start, at_once, drive_from, replay, replay_many
+from gsfdi.simulate import Drive, Signals, Start, at_once, drive_from, innovations_of, replay, replay_many
 from gsfdi.training import training
 from gsfdi.types import Array
 
@@ -490,6 +490,20 @@ def test_an_observer_has_no_innovation_where_the_model_is_true(mode: str) -> Non
     assert abs(off.innovation[-1, 0]) < 1e-5
     assert np.isnan(off.innovation[200:260, 0]).all()
     assert np.isfinite(off.position).all()
+
+
+def test_innovations_are_those_of_the_whole_replays() -> None:
+    drive = drive_from(training("rotary", 100.0, 4.0, 1), ERA, REST)
+    true = replay(with_terms(MOTOR), drive)
+    holes = np.where((true.t > 1.0) & (true.t < 1.5), np.nan, true.position)
+    measured = drive.signals._replace(effort=true.effort, position=holes, velocity=true.motor_velocity)
+    models = [with_terms(MOTOR), ERA, with_terms(TermUse("backlash", {"half_width_rad": 1e-3}), OUTPUT, STRIBECK)]
+    drive, gain, x0 = drive_from(measured, ERA, REST), np.full((4, 2), 1e-3), np.zeros((3, 9))
+    whole = replay_many(models, drive, "predict", gain=gain, x0=x0)
+    for hands in (1, 2):
+        with at_once(hands):
+            shown = innovations_of(models, drive, gain, x0)
+        np.testing.assert_array_equal(shown, [trace.innovation for trace in whole])
 
 
 def test_a_model_that_runs_away_is_not_a_number_from_there() -> None:

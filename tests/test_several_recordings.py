@@ -15,7 +15,8 @@ from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.bench import bench
 from gsfdi.reconcile.hand import started
 from gsfdi.reconcile.knobs import start_knobs
-from gsfdi.simulate import Trace, replay_many, simulate_record
+from gsfdi.simulate import innovations_of, simulate_record
+from gsfdi.types import Array
 
 STICKY = replace(JOINT, physics=(TermUse("coulomb_friction", {"torque_nm": 0.4}),))
 
@@ -43,11 +44,11 @@ def test_what_one_recording_begins_with_is_replayed_beside_no_other(monkeypatch:
     apart = [stand.innovations([model]) for model in models]
     replayed: list[int] = []
 
-    def counting(some: Sequence[JointModel], *rest: Any, **named: Any) -> list[Trace]:
+    def counting(some: Sequence[JointModel], *rest: Any) -> Array:
         replayed.append(len(some))
-        return replay_many(some, *rest, **named)
+        return innovations_of(some, *rest)
 
-    monkeypatch.setattr("gsfdi.reconcile.bench.replay_many", counting)
+    monkeypatch.setattr("gsfdi.reconcile.bench.innovations_of", counting)
     for together, *alone in zip(stand.innovations(models), *apart, strict=True):
         np.testing.assert_array_equal(together, np.concatenate(alone))
     assert replayed == [2, 2]

@@ -19,7 +19,7 @@ from gsfdi.reconcile.scales import scales_of
 from gsfdi.reconcile.sensing import effort_noise, grain_of, sensor_variances
 from gsfdi.reconcile.thinned import calmed, unseen_jumps
 from gsfdi.scales import Scales
-from gsfdi.simulate import Trace, initial_state, replay_many
+from gsfdi.simulate import Trace, initial_state, innovations_of, replay_many
 from gsfdi.types import Array, JointRecord, Mask
 from gsfdi.whiten import Observed, Whitener, observed, pushes, respond, steady_gain, steps_of, whitener
 
@@ -38,8 +38,8 @@ LEAN = 0.5
 An observer that expects everything on the output corrects the wind-up so hard that one whose spring stiffens runs away,
 and so does one that expects too much.
 """
-AT_ONCE = 8
-"""Models replayed at once: to screen a joint's 240 offers takes a fifth longer in batches of 120."""
+NEAR = 8
+"""Models that each is held against, to be replayed once where they are alike."""
 BLOCK = 2.0  # [s] over which innovations may hang together
 
 
@@ -98,17 +98,10 @@ class Bench:
         """Innovations ``(m, n, 2)`` of each model, by record; NaN where a channel is missing."""
         found = []
         for i, drive in enumerate(self.drives):
-            shown = np.empty((len(models), len(drive.t), 2))
-            for first in range(0, len(models), AT_ONCE):
-                some = models[first : first + AT_ONCE]
-                begun = starts(some, drive, i)
-                alike = firsts(some, begun)
-                own = sorted(set(alike))
-                traces = replay_many([some[k] for k in own], drive, "predict", gain=self.gain, x0=begun[own])
-                by_model = dict(zip(own, traces, strict=True))
-                for row, k in zip(shown[first:], alike, strict=False):
-                    row[:] = by_model[k].innovation
-            found.append(self._owned(shown, i))
+            begun = starts(models, drive, i)
+            own, place = apart(models, begun) if len(self.drives) > 1 else (range(len(models)), range(len(models)))
+            shown = innovations_of([models[k] for k in own], drive, self.gain, begun[list(own)])
+            found.append(self._owned(shown if len(own) == len(models) else shown[list(place)], i))
         return found
 
     def _owned(self, innovations: Array, stretch: int) -> Array:
@@ -211,16 +204,20 @@ class Bench:
         return np.concatenate(found)
 
 
-def firsts(models: Sequence[JointModel], begun: Array) -> list[int]:
-    """Place of the first of `models` that each is alike in a stretch, in which they begin with `begun` (models, 9).
+def apart(models: Sequence[JointModel], begun: Array) -> tuple[list[int], list[int]]:
+    """Models that differ in a stretch in which they begin with `begun` (models, 9), and the place of each among those.
 
     What another stretch begins with is nothing to it: of a recording with many gaps most replays are the same.
     """
     plain = [m.begun(()) if isinstance(m, Started) else m for m in models]
-    return [
-        next(k for k in range(i + 1) if k == i or (plain[k] == own and np.array_equal(begun[k], begun[i])))
-        for i, own in enumerate(plain)
-    ]
+    own, place = list[int](), list[int]()
+    for i, model in enumerate(plain):
+        near = range(max(0, len(own) - NEAR), len(own))
+        alike = (n for n in near if plain[own[n]] == model and np.array_equal(begun[own[n]], begun[i]))
+        place.append(next(alike, len(own)))
+        if place[-1] == len(own):
+            own.append(i)
+    return own, place
 
 
 def starts(models: Sequence[JointModel], drive: Drive, stretch: int) -> Array:

@@ -19,7 +19,7 @@ recording holds is in ``drive.signals``, and ``drive_from(signals, model)`` driv
 from gsfdi.drive import Drive, drive_from, drive_of
 from gsfdi.fault import fault_of
 from gsfdi.simulate.recording import simulate_record
-from gsfdi.simulate.replaying import Mode, Trace, at_once, replay, replay_many
+from gsfdi.simulate.replaying import Mode, Trace, at_once, innovations_of, replay, replay_many
 from gsfdi.starting import Signals, Start, initial_state
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "drive_of",
     "fault_of",
     "initial_state",
+    "innovations_of",
     "replay",
     "replay_many",
     "simulate_record",

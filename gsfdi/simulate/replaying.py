@@ -1,12 +1,13 @@
 """Replays a recording on one model or many, and names what the kernel gives."""
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -137,6 +138,37 @@ def replay_many(
     return run(models, packed, clock, mode, np.array(starts, dtype=np.float64, order="C"), gains, again, drive.t)
 
 
+def innovations_of(models: Sequence[JointModel], drive: Drive, gain: Array, x0: Array) -> Array:
+    """Innovations ``(models, n, 2)`` of observers under the recorded effort: mode "predict" of `replay_many`, no more.
+
+    What else a replay gives is written over by the next: to keep it for thousands takes a tenth longer.
+
+    Parameters
+    ----------
+    models, drive, x0
+        See `replay_many`.
+    gain : (4, 2) array
+        Observer gain of all.
+    """
+    require(models, drive, "predict")
+    announce_compilation()
+    packed, clock, terms = stack([pack(model) for model in models]), drive.logged, most_terms(models)
+    starts, gains, again = np.array(x0, np.float64, order="C"), np.array(gain[None], order="C"), np.zeros((1, 0, 5))
+    found = np.empty((len(models), drive.t.size, 2))
+
+    def part(b: slice) -> None:
+        room = kernel.scratch(terms)
+        state = np.empty((1, clock.events.shape[0], layout.STATE_WIDTH))
+        shown = np.empty((1, drive.t.size, layout.SHOWN_WIDTH))
+        for k in range(b.start, b.stop):
+            own = (packed[k : k + 1], *clock, layout.PREDICT, starts[k : k + 1, None, :], gains, again)
+            kernel.run_many(*own, state, shown, *room)
+            found[k] = shown[0, :, layout.INNOVATION :]
+
+    share_out(part, len(models))
+    return found
+
+
 def require(models: Sequence[JointModel], drive: Drive, mode: Mode) -> None:
     """Refuse a replay that lacks what its mode needs."""
     name = models[0].name
@@ -168,19 +200,28 @@ def run(
     events = clock.events.shape[0]
     state = np.empty((len(models), events, layout.STATE_WIDTH))
     shown = np.empty((len(models), t.size, layout.SHOWN_WIDTH))
-    terms, hands = max(len(model.physics) for model in models), min(_HANDS.get(), len(models))
+    terms = most_terms(models)
 
-    def share(b: slice) -> None:
+    def part(b: slice) -> None:
         room, own = kernel.scratch(terms), (gains[b], again[b], state[b], shown[b])
         kernel.run_many(packed[b], *clock, _MODES[mode], starts[b, None, :], *own, *room)
 
-    if hands < 2:
-        share(slice(None))
-    else:
-        edges = np.linspace(0, len(models), hands + 1).astype(int)
-        list(_pool(hands).map(share, map(slice, edges, edges[1:])))
+    share_out(part, len(models))
     at = slice(None) if events == t.size else clock.events[:, layout.RECORD] >= 0
     return [trace(model, t, state[b][at], shown[b]) for b, model in enumerate(models)]
+
+
+def most_terms(models: Sequence[JointModel]) -> int:
+    """Terms of the model that has most."""
+    return max(len(model.physics) for model in models)
+
+
+def share_out(part: Callable[[slice], None], models: int) -> None:
+    """Have each hand replay its part of the models."""
+    hands = min(_HANDS.get(), models)
+    edges = np.linspace(0, models, hands + 1).astype(int)
+    parts = [slice(int(a), int(b)) for a, b in pairwise(edges)]
+    list(map(part, parts) if hands < 2 else _pool(hands).map(part, parts))
 
 
 @cache
