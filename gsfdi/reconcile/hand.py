@@ -43,6 +43,8 @@ class Round:
     fitted: Fitted
     innovations: list[Array]
     torque: Array
+    exact: bool = False
+    """Whether the slopes were taken where the fit ended, and not on the way there."""
 
     def misfit(self, models: Sequence[JointModel]) -> Array:
         """White innovations of models."""
@@ -107,17 +109,16 @@ def misfit_under(stand: Bench, tools: list[Whitener]) -> Misfit:
     return misfit
 
 
-def lay_out(stand: Bench, tools: list[Whitener], fitted: Fitted) -> Round:
-    """Lay out a round around a fitted model, with fresh slopes."""
-    innovations = [e[0] for e in stand.innovations([fitted.model])]
-    hand = Round(stand, tools, fitted, innovations, np.zeros(0))
-    jacobian = slopes(hand.misfit, fitted.model, fitted.knobs, fitted.values, fitted.residual)
-    return replace(hand, fitted=replace(fitted, jacobian=jacobian))
-
-
 def around(hand: Round, fitted: Fitted) -> Round:
-    """Lay out the round in hand around another fit, its noise as it was."""
-    return replace(lay_out(hand.stand, hand.tools, fitted), torque=hand.torque)
+    """Lay out the round in hand around another fit, its noise as it was, with fresh slopes."""
+    jacobian = slopes(hand.misfit, fitted.model, fitted.knobs, fitted.values, fitted.residual)
+    innovations = [e[0] for e in hand.stand.innovations([fitted.model])]
+    return replace(hand, fitted=replace(fitted, jacobian=jacobian), innovations=innovations, exact=True)
+
+
+def exact(hand: Round) -> Round:
+    """Give a round that goes on its slopes where its fit ended: most of those that are settled lose, and need none."""
+    return hand if hand.exact else around(hand, hand.fitted)
 
 
 def settle(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array) -> Round:
@@ -181,7 +182,7 @@ def from_below(hand: Round, floor: Array) -> Round:
 
 
 def _in_turns(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array, near: Array) -> Round:
-    """Fit under a noise near `near` and estimate it anew until it holds, or nearly so, and lay out what was found."""
+    """Fit under a noise near `near` and estimate it anew until it holds, or nearly so."""
     for _ in range(AT_PLAY if any(use.term == "backlash" for use in model.physics) else TURNS):
         turn = _turn(stand, model, knobs, floor, near, near)
         holds = np.array_equal(near, turn.torque)
@@ -191,8 +192,8 @@ def _in_turns(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Arr
     known = turn.fitted.jacobian if holds else None
     stand = stand.rebased(near, model)
     tools = stand.whiteners(near)
-    hand = lay_out(stand, tools, fit_knobs(misfit_under(stand, tools), model, knobs, 8, known))
-    return replace(hand, torque=near)
+    fitted = fit_knobs(misfit_under(stand, tools), model, knobs, 8, known)
+    return Round(stand, tools, fitted, [e[0] for e in stand.innovations([fitted.model])], near)
 
 
 def sticks(model: JointModel) -> bool:
