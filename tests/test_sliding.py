@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 from joints import MODEL
+from rigid import JOINT as RIGID
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
@@ -29,6 +30,20 @@ def test_how_the_friction_of_a_model_turns_round_is_no_physics() -> None:
     assert answer.updated_model is not None
     (use,) = answer.updated_model.physics
     assert use.values["smooth_rad_s"] == pytest.approx(5e-4, rel=0.02)
+
+
+@pytest.mark.parametrize("effort_noise", [0.03, 0.1])
+def test_neither_noise_nor_an_unlogged_speed_makes_physics_of_how_friction_turns_round(effort_noise: float) -> None:
+    """There were a bristle with a constant load, and a controller's gain, in the place of a turn that noise all hid."""
+    sound = replace(
+        RIGID,
+        physics=(replace(HOLDS, side=None),),
+        sensors=replace(RIGID.sensors, effort_noise=effort_noise),
+    )
+    turns = TermUse("coulomb_friction", {"torque_nm": 2.0, "smooth_rad_s": 1e-3})
+    record = simulate_record(replace(sound, physics=(turns,)), seed=1, duration=25.0)
+    seen = {name: record[name] for name in record.channels if "velocity" not in name}
+    assert reconcile([replace(record, channels=seen)], sound).omitted_physics == ()
 
 
 @pytest.mark.parametrize(

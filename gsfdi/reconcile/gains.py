@@ -11,7 +11,7 @@ import numpy as np
 
 from gsfdi.model import JointModel
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import opening
+from gsfdi.reconcile.compete import opening, rewritten
 from gsfdi.reconcile.contract import Settled, read_log, settled_by
 from gsfdi.reconcile.doubted import estimated
 from gsfdi.reconcile.hand import Round, leaves_nothing, likelier, settle
@@ -83,8 +83,8 @@ def better_ones(
     found: Opened, opened: Opener, terms: Mapping[str, PhysicsTerm], without: Sequence[str]
 ) -> Iterator[tuple[float, Opened]]:
     """Try what is suspected of the law, and give what is likelier than any term, with the log-likelihood it gains."""
-    suspected = suspects(found.first)
-    rival = best_term(found.first, terms, len(found.settled.model.physics)) if suspected else None
+    suspected, given = suspects(found.first), len(found.settled.model.physics)
+    rival = best_term(found.first, terms, given) if suspected else None
     least = WORTH * rival.linear if rival is not None and is_usable(found.first) else 0.0
     for finding in suspected:
         if finding.term in without or finding.gain < least:
@@ -100,7 +100,7 @@ def better_ones(
                 break
             other = opened((*other.beyond, *again))
         gain = likelier_law(finding, other.first, found.first)
-        if is_better(gain, other.first, found.first, rival):
+        if is_better(gain, other.first, found.first, rival) and is_so_anyhow(finding, other.first, found.first, given):
             yield gain, other
             if "position_gain" not in without and (scale := scale_like(finding, other)) is not None:
                 twin = opened((*found.beyond, scale))
@@ -151,6 +151,20 @@ def over_the_same(first: Round, other: Round) -> Round:
         stand.awake(i) * np.repeat(np.isin(r.t, np.concatenate(used)), rows) for i, r in enumerate(stand.records)
     )
     return replace(first, stand=replace(stand, counts=counts))
+
+
+def is_so_anyhow(finding: LawFinding, other: Round, first: Round, given: int) -> bool:
+    """Whether a law is likelier also where the terms that the model came with are written as suits the recordings best.
+
+    A friction that turned round over 5e-4 rad/s, and in the model at once, made a current's gain of 1.01 gain 158; with
+    the friction so written there were 433 without it. All of 25 such gains that sound joints had been given went so.
+    """
+    restated = rewritten(first, given, effort_floor(first.stand))
+    if restated is first:
+        return True
+    if other.stand.lever == 0:
+        return finding.gain > likelier(restated, first)
+    return likelier_law(finding, rewritten(other, given, effort_floor(other.stand)), restated) > SURE
 
 
 def is_better(gain: float, other: Round, first: Round, rival: Entry | None) -> bool:
