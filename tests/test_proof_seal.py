@@ -1,6 +1,7 @@
 """A proof end to end with tools of straw, and everybody who tries to cheat."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -90,6 +91,17 @@ def test_a_tool_that_reads_the_truth_is_caught(theft: str, tmp_path: Path) -> No
     assert result["figures"]["trespasses"] == 1
     with pytest.raises(UnusableInputError, match="reading what the tool may not read"):
         check(out)
+
+
+def test_a_folder_that_python_searches_for_modules_may_be_listed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, shop, path = tmp_path / "out", tmp_path / "shop", tmp_path / "path"
+    shop.mkdir()
+    path.mkdir()
+    monkeypatch.setenv("PYTHONPATH", str(path), prepend=os.pathsep)
+    code = f"import os; os.listdir({str(path)!r})\n{SAYS_NOTHING}"
+    assert prove(1, seed=6, out=out, tool=tool(shop, code))["figures"]["trespasses"] == 0
 
 
 def test_the_truth_is_nowhere_while_the_tool_works(tmp_path: Path) -> None:

@@ -28,6 +28,8 @@ _trespasses: list[str] = []
 _case: list[str] = [""]
 PROOF = os.path.realpath(Path(__file__).parent)
 HOME = os.path.realpath(Path(__file__).parents[2])
+SEARCHED = frozenset(os.path.realpath(folder) for folder in sys.path if folder)
+"""Folders that Python itself lists to find modules in."""
 NETWORK = ("socket.connect", "socket.sendto", "urllib.Request")
 PROCESS = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn")
 
@@ -46,6 +48,8 @@ def watch(homes: tuple[str, ...]) -> None:
     def hook(event: str, args: tuple[Any, ...]) -> None:
         if event == "open" or event in ("os.listdir", "os.scandir", "glob.glob"):
             path = args[0] if args else None
+            if event == "os.listdir" and isinstance(path, str) and os.path.realpath(path) in SEARCHED:
+                return
             if isinstance(path, (str, bytes, os.PathLike)) and not _may(os.fsdecode(path), homes):
                 _trespasses.append(f"{event} {os.fsdecode(path)}")
         elif event in NETWORK or event in PROCESS:
