@@ -504,6 +504,7 @@ def test_innovations_are_those_of_the_whole_replays() -> None:
         with at_once(hands):
             shown = innovations_of(models, drive, gain, x0)
         np.testing.assert_array_equal(shown, [trace.innovation for trace in whole])
+    assert innovations_of([], drive, gain, x0[:0]).shape == (0, drive.t.size, 2)
 
 
 def test_a_model_that_runs_away_is_not_a_number_from_there() -> None:
