@@ -109,6 +109,7 @@ def levenberg(
             if np.isfinite(new) and new < cost:
                 taken = (trial - values) / scale
                 # Broyden: the step itself has shown the slope along it; no replays for the others while it goes well
+                # (turned round, to lie in memory as the slopes do)
                 jacobian += np.outer(taken, (left - residual - jacobian @ taken) / max(taken @ taken, 1e-300)).T
                 gained, values, residual, cost = cost - new, trial, left, new
                 damping /= 100

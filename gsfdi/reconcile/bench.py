@@ -99,9 +99,9 @@ class Bench:
         found = []
         for i, drive in enumerate(self.drives):
             begun = starts(models, drive, i)
-            own, place = apart(models, begun) if len(self.drives) > 1 else (range(len(models)), range(len(models)))
-            shown = innovations_of([models[k] for k in own], drive, self.gain, begun[list(own)])
-            found.append(self._owned(shown if len(own) == len(models) else shown[list(place)], i))
+            own, place = apart(models, begun)
+            shown = innovations_of([models[k] for k in own], drive, self.gain, begun[own])
+            found.append(self._owned(shown if own == place else shown[place], i))
         return found
 
     def _owned(self, innovations: Array, stretch: int) -> Array:

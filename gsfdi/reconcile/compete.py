@@ -208,7 +208,9 @@ def _rounds(
             continue
         timed = shifted(hand, floor) if stepped else hand
         if timed is not hand and (settled is None or is_as_likely(timed, settled, hand, floor)):
-            first, hand = exact(shifted_as(timed, first, floor)) if contests else timed, timed
+            if contests:
+                first = exact(shifted_as(timed, first, floor))
+            hand = timed
             continue
         if settled is not None and contest.winner is None:
             hand = settled

@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -222,7 +221,7 @@ def share_out(part: Callable[[slice], None], models: int) -> None:
     """Have each hand replay its part of the models."""
     hands = min(_HANDS.get(), models)
     edges = np.linspace(0, models, hands + 1).astype(int)
-    parts = [slice(int(a), int(b)) for a, b in pairwise(edges)]
+    parts = map(slice, edges, edges[1:])
     list(map(part, parts) if hands < 2 else _pool(hands).map(part, parts))
 
 
