@@ -144,11 +144,11 @@ def test_a_joint_without_a_law_has_a_twin_under_one_that_is_roughly_its_own() ->
     assert found is not None
     assert found[0].proportional == pytest.approx(law.proportional, rel=0.15)
     stand = bench([unseen(MODEL)], unknown)
-    hand = twin_of(stand, unknown)
+    hand = twin_of(stand, unknown, unknown)
     assert hand is not None
     assert np.std(hand.stand.records[0]["position"]) == pytest.approx(np.std(stand.records[0]["position"]), rel=0.02)
     silent = replace(stand.records[0], channels={k: v for k, v in unseen(MODEL).channels.items() if k != "setpoint"})
-    assert twin_of(bench([silent], unknown), unknown) is None
+    assert twin_of(bench([silent], unknown), unknown, unknown) is None
 
 
 @pytest.mark.parametrize(("bias", "within"), [(2e-3, 0.2), (2e-2, 0.01)])

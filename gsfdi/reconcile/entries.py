@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from gsfdi.model import TermUse
@@ -12,6 +13,7 @@ from gsfdi.reconcile.parameters import PINNED, SNUG, TERM_OF, Shift, all_kept, l
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
+from gsfdi.reconcile.twin import is_feigned
 from gsfdi.reconcile.verdict import REMAINS
 from gsfdi.reconcile.verify import left_over
 
@@ -127,7 +129,8 @@ def parameters_of(case: Case) -> tuple[Case, list[Shift], list[Shift]]:
     nominal = {name: float(getattr(plant, name)) for name in sorted(names)}
     unseen = case.settled.law is None and not case.stand.sees_speed
     gain = all_kept(case.first, nominal) if nominal else 0.0
-    if gain < (UNSEEN if unseen else LEAST):
+    gain_of = partial(all_kept, nominal=nominal)
+    if gain < (UNSEEN if unseen else LEAST) or is_feigned(gain, case.first, case.settled, plant, gain_of):
         return case, [], moved
     news = [s for s in moved if s.is_news]
     for leeway in (PINNED, SNUG) if news else (PINNED,):

@@ -6,6 +6,7 @@ if the recordings are likelier then than with the best of all terms; where both 
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -20,7 +21,8 @@ from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import all_offers, possible
 from gsfdi.reconcile.screen import Entry, refit, screen
 from gsfdi.reconcile.sheet import LawFinding
-from gsfdi.reconcile.suspects import CLOCKS, is_usable, suspects
+from gsfdi.reconcile.suspects import CLOCKS, gain_by, is_usable, suspects
+from gsfdi.reconcile.twin import is_feigned
 from gsfdi.types import JointRecord
 
 ALIKE = 0.98
@@ -100,13 +102,20 @@ def better_ones(
                 break
             other = opened((*other.beyond, *again))
         gain = likelier_law(finding, other.first, found.first)
-        if is_better(gain, other.first, found.first, rival) and is_so_anyhow(finding, other.first, found.first, given):
+        better = is_better(gain, other.first, found.first, rival)
+        if better and is_so_anyhow(finding, other.first, found.first, given) and not is_noise(finding, found):
             yield gain, other
             if "position_gain" not in without and (scale := scale_like(finding, other)) is not None:
                 twin = opened((*found.beyond, scale))
                 yield gain + RARER + twin.first.fitted.belief - other.first.fitted.belief, twin
             if leaves_nothing(other.first, effort_floor(other.first.stand)):
                 return  # nothing is left to explain
+
+
+def is_noise(finding: LawFinding, found: Opened) -> bool:
+    """Whether a faint finding may be the work of noise."""
+    plant, gain_of = found.first.fitted.model.plant, partial(gain_by, term=finding.term)
+    return found.first.stand.lever > 0 and is_feigned(finding.gain, found.first, found.settled, plant, gain_of)
 
 
 def scale_like(finding: LawFinding, found: Opened) -> LawFinding | None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from gsfdi.reconcile.entries import (
     term_entries,
 )
 from gsfdi.reconcile.evidence import evidence_of
-from gsfdi.reconcile.finalists import PLAIN, merit
+from gsfdi.reconcile.finalists import merit
 from gsfdi.reconcile.gains import settle_law
 from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.held import told_by_effort
@@ -35,7 +36,7 @@ from gsfdi.reconcile.say import bent, rewritten, summary, timed
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
 from gsfdi.reconcile.ticks import shift_of
-from gsfdi.reconcile.twin import is_imitated
+from gsfdi.reconcile.twin import gain_of_term, is_feigned
 from gsfdi.reconcile.verdict import PARTLY, bent_by_law, is_hopeless, left_of, verdict_of
 from gsfdi.reconcile.verify import left_over
 from gsfdi.registry import shelf
@@ -67,7 +68,7 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
         return held
     settled = opened.settled
     first, hand, contests = compete(opened.first, opened.model, terms, settled.level)
-    if is_noise(first, contests[0], settled, seen, terms):
+    if is_noise(first, contests[0], settled, terms):
         offers = all_offers(first, terms, len(settled.model.physics))
         hand, contests = first, [undecided(first, screen(first, offers), contests[0].entries, terms)]
     case = Case(records[0].joint, model, settled, first, hand, contests, [], terms)
@@ -78,14 +79,13 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
     return _told(replace(case, hand=hand, found=found))
 
 
-def is_noise(
-    first: Round, contest: Contest, settled: Settled, nominal: JointModel, terms: Mapping[str, PhysicsTerm]
-) -> bool:
-    """Whether a faint winner may be the work of the effort's own noise, known only where the law gives the effort."""
+def is_noise(first: Round, contest: Contest, settled: Settled, terms: Mapping[str, PhysicsTerm]) -> bool:
+    """Whether a faint winner may be the work of noise."""
     winner = contest.winner
-    if winner is None or merit(winner) > PLAIN or settled.level > 0 or 1 in first.stand.system.rows:
+    if winner is None:
         return False
-    return is_imitated(first, nominal, winner, terms[winner.offer.term])
+    gain_of = partial(gain_of_term, term=terms[winner.offer.term])
+    return is_feigned(merit(winner), first, settled, first.fitted.model.plant, gain_of)
 
 
 def _told(case: Case) -> Reconciliation:

@@ -4,7 +4,7 @@ A gain that is off puts its part of the law into the told speed and nowhere else
 So one regression on everything that is seen knows gains to a part in ten thousand.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -45,30 +45,48 @@ def suspects(first: Round, begun: str = "") -> list[LawFinding]:
     """
     if first.stand.lever == 0:
         return []
-    best: LawFinding | None = None
-    most = SURE
-    J, residual, seen_by = orthonormal(first), first.fitted.residual, shadows(first)
+    seen_by = shadows(first)
     seen = [shown_speed(shadow, first.fitted.model) for shadow in seen_by]
-    for term, column in columns(first, seen).items():
-        bare = beside(J, column)
-        info = float(bare @ bare)
-        if info <= 0:
-            continue
-        size = float(bare @ residual) / info
-        gain = 0.5 * size**2 * info
-        # a trifle of this one, a number of the model like others then, only loosens the scale of torque
-        trifle = term == "current_gain" and abs(size) < COARSE
+
+    def rank(finding: LawFinding) -> float:
         # where all effort goes into inertia, a gain is as good as an age
-        more = -SURE if term == begun else SURE if term in CLOCKS else 0.0
-        if gain > SURE and gain - more > most and not trifle:
-            share = 2 * gain / float(residual @ residual)
-            read = READ * first.stand.scales.period if term in CLOCKS else 0.0
-            spread = float(np.hypot(info**-0.5, read))
-            most, best = gain - more, LawFinding(term, valued(term, size), None, gain, share, spread)
+        more = -SURE if finding.term == begun else SURE if finding.term in CLOCKS else 0.0
+        return finding.gain - more
+
+    sure = [f for f in regressed(first, seen) if f.gain > SURE and rank(f) > SURE and not is_trifle(f)]
+    best = max(sure, key=rank, default=None)
     others = (suspect_limit(first, seen_by), suspect_step(first), best, suspect_drift(first, seen))
     found = [f for f in others if f is not None]
     found.sort(key=lambda f: -f.share)
     return [f for place, f in enumerate(found) if f.term not in {g.term for g in found[:place]}]
+
+
+def regressed(first: Round, seen: Sequence[Array]) -> Iterator[LawFinding]:
+    """Give what each part of the law would gain by being scaled or timed otherwise; for `seen` see `columns`."""
+    J, residual = orthonormal(first), first.fitted.residual
+    for term, column in columns(first, seen).items():
+        bare = beside(J, column)
+        info = float(bare @ bare)
+        if info > 0:
+            size = float(bare @ residual) / info
+            gain = 0.5 * size**2 * info
+            read = READ * first.stand.scales.period if term in CLOCKS else 0.0
+            spread = float(np.hypot(info**-0.5, read))
+            share = 2 * gain / float(residual @ residual)
+            yield LawFinding(term, valued(term, size), None, gain, share, spread)
+
+
+def is_trifle(finding: LawFinding) -> bool:
+    """Whether a current's gain, a number of the model like others then, only loosens the scale of torque."""
+    return finding.term == "current_gain" and abs(1.0 / finding.values["ratio"] - 1.0) < COARSE
+
+
+def gain_by(first: Round, term: str) -> float:
+    """Log-likelihood that a part of the law that told the speed promises by being scaled or timed otherwise."""
+    if first.stand.lever == 0:
+        return 0.0
+    seen = [shown_speed(shadow, first.fitted.model) for shadow in shadows(first)]
+    return max((f.gain for f in regressed(first, seen) if f.term == term), default=0.0)
 
 
 def suspect_step(first: Round) -> LawFinding | None:
