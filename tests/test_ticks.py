@@ -10,9 +10,12 @@ from gsfdi.fit import SHIFT, Knob
 from gsfdi.model import Controller, JointModel, TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.bench import bench, starts
+from gsfdi.reconcile.compete import opening
 from gsfdi.reconcile.hand import started
 from gsfdi.reconcile.law import check_law
+from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.say import timed
+from gsfdi.reconcile.ticks import shift_knob, shifted
 from gsfdi.simulate import replay_many, simulate_record
 from gsfdi.types import Array, JointRecord
 
@@ -121,6 +124,15 @@ def test_how_another_simulator_steps_has_no_name(steps: int) -> None:
     assert answer.verdict == "no_mismatch"
     assert answer.omitted_physics == ()
     assert ("before their stamps" in answer.says) == (steps == 10)  # the finer ones are not felt
+
+
+def test_a_log_is_shifted_once() -> None:
+    """A shift that had become nothing beside other numbers was fitted a second time, beside itself."""
+    first = opening(bench([stepped(10)], MODEL), MODEL, 0.0)
+    floor = effort_floor(first.stand)
+    held = replace(first, fitted=replace(first.fitted, knobs=[*first.fitted.knobs, shift_knob(first)]))
+    assert shifted(first, floor) is not first
+    assert shifted(held, floor) is held
 
 
 @pytest.mark.parametrize(("term", "number"), [("velocity_lag", "lag_s"), ("actuation_delay", "delay_s")])

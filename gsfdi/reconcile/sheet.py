@@ -15,6 +15,8 @@ from gsfdi.types import Array, JointRecord, Mask
 
 PLAINLY = 0.9
 """Share of a limit up to which an effort is below it whatever its noise."""
+NEARLY = 0.995
+"""Share of a limit from which an effort is at it."""
 BESIDE = 2
 """Samples beside one at the limit that are not held against the law either."""
 Windup = Literal["goes_on", "rests", "unwinds"]
@@ -251,12 +253,17 @@ def against(sheet: Sheet, findings: Sequence[LawFinding]) -> tuple[Array, Mask]:
     if limit is None:
         return off, ~sheet.unheld
     asked = sheet.effort - off + level(off, ~sheet.unheld & (sheet.size < PLAINLY * limit[0]))
-    met = np.maximum(sheet.size, np.abs(asked)) >= 0.995 * limit[0]  # noise makes some efforts look lower
-    held = sheet.unheld | met
+    met = np.maximum(sheet.size, np.abs(asked)) >= NEARLY * limit[0]  # noise makes some efforts look lower
+    return off, ~(sheet.unheld | beside(met))
+
+
+def beside(met: Mask) -> Mask:
+    """Samples that are at a limit, or beside one that is."""
+    held = met.copy()
     for by in range(1, BESIDE + 1):
         held[by:] |= met[:-by]
         held[:-by] |= met[by:]
-    return off, ~held
+    return held
 
 
 def centred(values: Array, free: Mask) -> Array:

@@ -60,7 +60,8 @@ def shifted(hand: Round, floor: Array) -> Round:
     floor : (k,) array
         Torque noise that is known to be there [N m].
     """
-    if shift_of(hand.fitted.model) or CLOCKS & {use.term for use in hand.fitted.model.physics}:
+    held = any(knob.place == SHIFT for knob in hand.fitted.knobs)
+    if held or CLOCKS & {use.term for use in hand.fitted.model.physics}:
         return hand
     knob = shift_knob(hand)
     moved = hand.misfit([knob.turn(hand.fitted.model, knob.scale)]) - hand.fitted.residual
@@ -68,7 +69,8 @@ def shifted(hand: Round, floor: Array) -> Round:
     if 0.5 * scores[0] ** 2 / information[0] < LEAST:
         return hand
     found = settle(hand.stand, hand.fitted.model, [*hand.fitted.knobs, knob], floor)
-    whole = FULL * knob.low < knob.read(found.fitted.model) < FULL * knob.high
+    shift = knob.read(found.fitted.model)  # of nothing where only other numbers were settled anew
+    whole = shift != 0.0 and FULL * knob.low < shift < FULL * knob.high
     return found if whole and likelier(found, hand) > LEAST and unshifted(found) is found else hand
 
 
