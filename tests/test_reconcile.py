@@ -647,6 +647,20 @@ def test_the_integral_sweeps_a_lost_error_between_its_neighbours() -> None:
     assert np.ptp(sheet.parts["integral"]) == pytest.approx(law.integral * 1e-3 * np.ptp(sheet.t), rel=1e-6)
 
 
+def test_a_limit_at_which_the_integral_waits_once_is_no_bias() -> None:
+    """What is left of an integral that waits asks for no more than the limit."""
+    law = NOMINAL.controller
+    assert law is not None
+    sensors = replace(NOMINAL.sensors, effort_noise=1e-4)
+    nominal = replace(NOMINAL, controller=replace(law, integral=400.0), sensors=sensors)
+    limit = 0.999 * float(np.max(np.abs(simulate_record(nominal, seed=3, duration=30.0)["drive_torque"])))
+    limited = replace(nominal, controller=replace(law, integral=400.0, limit=limit))
+    found = check_law([simulate_record(limited, seed=3, duration=30.0)], nominal)
+    assert found is not None
+    assert [f.term for f in found.findings] == ["current_limit"]
+    assert found.findings[0].values["limit_a"] == pytest.approx(limit, rel=2e-3)
+
+
 def test_efforts_that_noise_lifts_are_at_no_limit() -> None:
     friction = TermUse("coulomb_friction", {"torque_nm": 2.0, "smooth_rad_s": 2e-4})
     sound = replace(NOMINAL, physics=(friction,), sensors=replace(NOMINAL.sensors, effort_noise=0.03))

@@ -30,6 +30,7 @@ from gsfdi.reconcile.sheet import (
     level,
     misfits,
     scaled,
+    waiting,
     younger,
 )
 from gsfdi.types import Array, JointRecord, Mask
@@ -340,7 +341,7 @@ def _plateau(held: Held, depth: float, step: float, windup: Windup) -> LawFindin
     beyond, errs, gain = _asked(held, limit, windup) - limit, float(np.sqrt(rest / held.samples)), held.gain(rest) + 2.0
     scatter = float(np.std(at_it)) if plain else max(width, errs)  # the highest few scatter less than their noise
     spread = MEDIAN * scatter / float(np.sqrt(len(at_it)))
-    met = begun & (beyond > 0)
+    met = begun & ((beyond > 0) | _waits(held, limit, windup))
     if not met.any() or is_no_plateau(effort[met], limit, errs, effort_noise(held.log.model)):
         return None
     hardly |= bool(np.median(beyond[met]) < errs and np.mean(beyond[near]) < SURPLUS * errs / np.sqrt(near.sum()))
@@ -400,6 +401,14 @@ def _wanted(held: Held, limit: float, windup: Windup) -> list[Array]:
     return [np.asarray(s.effort - off + level(off, free)) for s, (off, free) in pairs]
 
 
+def _waits(held: Held, limit: float, windup: Windup) -> Mask:
+    """Samples at which the integral waits: it would have asked for more than a limit that what is left of it keeps."""
+    if windup == "goes_on":
+        return np.zeros(held.samples, dtype=bool)
+    added = [np.diff(waiting(s, limit, windup), prepend=np.nan) for s in held.sheets]
+    return np.concatenate([(one == 0.0) & (s.growth != 0.0) for one, s in zip(added, held.sheets, strict=True)])
+
+
 def _limited(held: Held, limit: float, windup: Windup) -> tuple[LawFinding, ...]:
     """Everything that was found of the law, and a limit beside it."""
     return (*held.findings, LawFinding("current_limit", {"limit_a": limit}, None, 0.0, 0.0, 0.0, windup))
@@ -416,11 +425,11 @@ def _to_the_sample(held: Held, limit: float, width: float, windup: Windup) -> tu
     def left(trial: float) -> float:
         if windup == "goes_on":
             given = [np.clip(asked, -trial, trial) for asked in _wanted(held, trial, windup)]
-            pairs = zip(held.sheets, given, strict=True)
-            return float(sum(np.sum((sheet.effort - gets)[~sheet.unheld] ** 2) for sheet, gets in pairs))
-        waiting = [against(sheet, _limited(held, trial, windup)) for sheet in held.sheets]
-        off = [centred(*pair) for pair in waiting]
-        return float(sum(m @ m for m in off)) * counted / max(sum(int(free.sum()) for _, free in waiting), 1)
+            both = zip(held.sheets, given, strict=True)
+            return float(sum(np.sum((sheet.effort - gets)[~sheet.unheld] ** 2) for sheet, gets in both))
+        pairs = [against(sheet, _limited(held, trial, windup)) for sheet in held.sheets]
+        off = [centred(*pair) for pair in pairs]
+        return float(sum(m @ m for m in off)) * counted / max(sum(int(free.sum()) for _, free in pairs), 1)
 
     def likelihood(trial: float) -> float:
         return held.gain(left(trial)) - 0.5 * ((trial - limit) / width) ** 2

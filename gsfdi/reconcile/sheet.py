@@ -179,7 +179,7 @@ def commanded(sheet: Sheet, findings: Sequence[LawFinding]) -> Array:
     parts = dict(sheet.parts)
     limit = limit_of(sheet, findings)
     if limit is not None and limit[1] != "goes_on":
-        parts["integral"] = _waiting(sheet, *limit)
+        parts["integral"] = waiting(sheet, *limit)
     total = np.asarray(sum(ratios.get(name, 1.0) * part for name, part in parts.items()))
     for finding in findings:
         if finding.term == "current_gain":
@@ -207,7 +207,7 @@ def at_rest(sheet: Sheet) -> Sheet:
     )
 
 
-def _waiting(sheet: Sheet, limit: float, windup: Windup) -> Array:
+def waiting(sheet: Sheet, limit: float, windup: Windup) -> Array:
     """Integral part that waits while more than `limit` is asked for."""
     asked, free = sheet.at_once, sheet.size < 0.98 * limit
     first = int(np.argmin(free)) if not free.all() else len(free)
