@@ -947,6 +947,22 @@ def test_a_faint_gain_whose_like_twins_show_is_none(
     assert found is feigned
 
 
+def test_a_term_gains_on_a_twin_beside_terms_that_suit_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    stand = bench([recorded(NOMINAL)], NOMINAL)
+    hand, restated = opening(stand, NOMINAL, 0.0), SimpleNamespace()
+    entry = Entry(Offer("cogging", None, (), lambda c: None), None, np.ones(1), 9.0, gain=7.0, fitted=hand.fitted)
+    held: list[object] = []
+
+    def contended(hand: object, *args: object) -> tuple[Contest, None]:
+        held.append(hand)
+        return Contest((entry,), None, 1), None
+
+    monkeypatch.setattr(twin, "rewritten", lambda *args: restated)
+    monkeypatch.setattr(twin, "contend", contended)
+    assert twin.gain_of_term(hand, shelf("gsfdi.terms", PhysicsTerm)["cogging"]) == 7.0
+    assert held == [restated]
+
+
 @pytest.mark.parametrize("onset", [25.003, 25.01, 31.37])
 def test_a_large_step_of_the_position_is_found_to_the_sample(onset: float) -> None:
     step = TermUse("position_bias", {"bias_rad": 1.6e-3}, None, onset)

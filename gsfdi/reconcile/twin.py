@@ -76,9 +76,13 @@ def is_feigned(gained: float, first: Round, settled: Settled, plant: Plant, gain
 
 
 def gain_of_term(twin: Round, term: PhysicsTerm) -> float:
-    """Log-likelihood that a term gains on a twin without it."""
-    given = len(twin.fitted.model.physics)
-    contest, _ = contend(twin, {term.name: term}, effort_floor(twin.stand), given)
+    """Log-likelihood that a term gains on a twin without it, once the model's own terms are so written as suits it.
+
+    Contests are won beside those. A friction that turned round smoothly, and in the model at once, gained 395 to 457 on
+    twins by a bump, which in the recording had gained 49 beside the friction as it was.
+    """
+    given, floor = len(twin.fitted.model.physics), effort_floor(twin.stand)
+    contest, _ = contend(rewritten(twin, given, floor), {term.name: term}, floor, given)
     return max((entry.gain for entry in contest.entries if entry.fitted is not None), default=0.0)
 
 
