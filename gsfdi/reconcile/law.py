@@ -446,11 +446,11 @@ def _rest(held: Held, limit: float, windup: Windup) -> float:
     Samples that only their sensor's noise lifts to the limit count, too. Left out, they took much noise with them: in
     300 sound joints one met a limit for that.
     """
-    rest, counts, counted = 0.0, 0, 0
+    rest, count, counted = 0.0, 0, 0
     for sheet, asked in zip(held.sheets, _wanted(held, limit, windup), strict=True):
-        off, free = against(sheet, _limited(held, limit, windup))
-        lifted = ~free & ~sheet.unheld & ~beside(np.abs(asked) >= NEARLY * limit)
-        rest += float(np.sum(centred(off, free) ** 2) + np.sum((sheet.effort - asked)[lifted] ** 2))
-        counts += int(free.sum() + lifted.sum())
+        _, free = against(sheet, _limited(held, limit, windup))
+        counts = free | ~(sheet.unheld | beside(np.abs(asked) >= NEARLY * limit))
+        rest += float(np.sum((sheet.effort - asked)[counts] ** 2))
+        count += int(counts.sum())
         counted += int(against(sheet, held.findings)[1].sum())
-    return rest * counted / max(counts, 1)
+    return rest * counted / max(count, 1)
