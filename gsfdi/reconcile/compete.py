@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsfdi.fit import Knob
+from gsfdi.fit import Fitted, Knob
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
@@ -39,6 +39,7 @@ from gsfdi.reconcile.forms import relawed, reordered, reshaped, retuned, swung
 from gsfdi.reconcile.hand import (
     Round,
     Turn,
+    at_a_glance,
     exact,
     first_turn,
     from_above,
@@ -77,6 +78,8 @@ FAR = 0.5
 """Share of the gain of one that leaves a trifle below which a rival is not given other shapes."""
 EARLY = 0.5
 """Share of the best one's gain below which a rival is left after its first turn: of 43 on 36 joints none came up."""
+GLANCED = 0.15
+"""The same before it: of 9 on 36 joints that gained less as they were, none came to a third once settled."""
 IDLE = 0.5
 """Part of what a winner gains from which on that is none of its own doing."""
 OWED = 0.5
@@ -115,6 +118,8 @@ class Contest:
     smallest: tuple[Smallest, ...] = ()
     beyond: frozenset[tuple[str, str | None]] = frozenset()
     """Terms and sides that came nowhere near the winner, though each was fitted under the noise that suits it."""
+    far: frozenset[tuple[str, str | None]] = frozenset()
+    """Terms and sides that were left after their first turn: they come nowhere near where nothing more has joined."""
 
 
 def compete(
@@ -324,16 +329,15 @@ def contend(
     ranked.sort(key=merit, reverse=True)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
     best: tuple[tuple[bool, float], Entry, Round] | None = None
-    beyond = set[tuple[str, str | None]]()
+    beyond, behind = set[tuple[str, str | None]](), set[tuple[str, str | None]]()
     for entry in to_settle([e for e in near if merit(e) > min(e.bar, WORTH)], shelf_terms):
         assert entry.fitted is not None
-        turn = first_turn(hand, entry.fitted, floor)
-        far = best is not None and likelier(turn, hand) < EARLY * likelier(best[2], hand)
-        rival = turn if far else refined(turn, floor)
+        rival = pursued(hand, entry.fitted, likelier(best[2], hand) if best else 0.0, floor)
         if best and is_beyond(best[2], rival, hand, floor):
             beyond.add((entry.offer.term, entry.offer.side))
             continue
         if isinstance(rival, Turn):
+            behind.add((entry.offer.term, entry.offer.side))
             continue
         settled, owed = shaped(rival, hand, entry, shelf_terms[entry.offer.term], floor)
         if settled is None or is_another(settled, shelf_terms):
@@ -351,9 +355,17 @@ def contend(
     left = loosened(hand, winner, settled, shelf_terms, floor)
     if left is not settled:
         return undecided(hand, screening, entries, shelf_terms), None if left is hand else left
-    return Contest(entries, winner, trials, beyond=frozenset(beyond)), exact(
-        from_above(from_below(settled, floor), floor)
-    )
+    contest = Contest(entries, winner, trials, beyond=frozenset(beyond), far=frozenset(behind))
+    return contest, exact(from_above(from_below(settled, floor), floor))
+
+
+def pursued(hand: Round, fitted: Fitted, most: float, floor: Array) -> Round | Turn:
+    """Settle what was fitted, unless it stays far behind what gains `most` at a glance or in its first turn."""
+    glance = at_a_glance(hand, fitted, floor)
+    if likelier(glance, hand) < GLANCED * most:
+        return glance
+    turn = first_turn(hand, glance, floor)
+    return turn if likelier(turn, hand) < EARLY * most else refined(turn, floor)
 
 
 def loosened(hand: Round, winner: Entry, settled: Round, shelf_terms: Mapping[str, PhysicsTerm], floor: Array) -> Round:

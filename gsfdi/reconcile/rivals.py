@@ -68,6 +68,7 @@ def rivals(
         return []  # another is there to shape this one
     bare, rest, keep = without_terms(hand.fitted, [place])
     found, moot, ended = [], moot_by_shift(hand.fitted), has_ended(hand.fitted, shelf_terms, place)
+    lost = contest.beyond | contest.far if len(hand.fitted.model.physics) == given + 1 else contest.beyond
     finalists = [entry for entry in contest.entries if entry.fitted is not None]
     for entry in (*finalists, *unfitted_likes(own, contest)):
         if entry.offer.term in moot or not may_replace(entry, own, bare.physics, given, shelf_terms):
@@ -82,7 +83,7 @@ def rivals(
             use = replace(use, onset=own.onset)  # what happened then is the question, not when
         model = with_term(bare, use)
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
-        known, beyond = hand.fitted.jacobian[:, keep], (entry.offer.term, entry.offer.side) in contest.beyond
+        known, beyond = hand.fitted.jacobian[:, keep], (entry.offer.term, entry.offer.side) in lost
         fitted = fit_knobs(hand.misfit, model, knobs, 1 if beyond else 4, known)
         fitted = fitted if beyond else nearing(hand.misfit, fitted, hand.fitted.cost, hopeless)
         if thorough and use.onset is not None and fitted.cost - hand.fitted.cost < 10 * hopeless:
