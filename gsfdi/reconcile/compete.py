@@ -40,8 +40,8 @@ from gsfdi.reconcile.hand import (
     Round,
     Turn,
     at_a_glance,
+    coarse,
     exact,
-    first_turn,
     from_above,
     from_below,
     is_sensor,
@@ -364,7 +364,7 @@ def pursued(hand: Round, fitted: Fitted, most: float, floor: Array) -> Round | T
     glance = at_a_glance(hand, fitted, floor)
     if likelier(glance, hand) < GLANCED * most:
         return glance
-    turn = first_turn(hand, glance, floor)
+    turn = coarse(hand.stand, fitted.model, fitted.knobs, floor)
     return turn if likelier(turn, hand) < EARLY * most else refined(turn, floor)
 
 

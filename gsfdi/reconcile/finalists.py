@@ -9,7 +9,7 @@ from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.calibrate import bar, inflations
-from gsfdi.reconcile.hand import Round, is_sensor, likelier, resettle, settle, with_term
+from gsfdi.reconcile.hand import Round, is_sensor, likelier, settle, with_term
 from gsfdi.reconcile.offering import MATERIAL, SIMULATED
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import (
@@ -269,7 +269,7 @@ def settled_onset(hand: Round, floor: Array) -> Round:
     fitted = refined_onset(hand, begun, last, hand.stand.scales.seconds / ONSETS, rounds=4)
     if fitted.cost > hand.fitted.cost - KNOB_COST:
         return hand
-    return resettle(hand, fitted, floor)
+    return settle(hand.stand, fitted.model, fitted.knobs, floor)
 
 
 def begun_where_loud(hand: Round, place: int) -> Fitted:

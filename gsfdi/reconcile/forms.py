@@ -9,17 +9,7 @@ from gsfdi.fit import SWING, Knob
 from gsfdi.model import JointModel
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.finalists import KNOB_COST, is_stretched
-from gsfdi.reconcile.hand import (
-    Round,
-    around,
-    from_below,
-    leaves_nothing,
-    likelier,
-    project,
-    regressed,
-    resettle,
-    settle,
-)
+from gsfdi.reconcile.hand import Round, around, from_below, leaves_nothing, likelier, project, regressed, settle
 from gsfdi.reconcile.knobs import plausible, swing_knobs, term_knobs
 from gsfdi.reconcile.modes import worthy_frequencies
 from gsfdi.reconcile.screen import LEAST, likeliest
@@ -60,7 +50,7 @@ def retuned(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         values[size.name] *= share if 0.0 < share < FARTHEST else 1.0
         trial = fit_knobs(hand.misfit, model.with_use(place, replace(use, values=values)), best.knobs, 3)
         best = min(best, trial, key=lambda one: one.cost)
-    return hand if best.cost > hand.fitted.cost - KNOB_COST else resettle(hand, best, floor)
+    return hand if best.cost > hand.fitted.cost - KNOB_COST else settle(hand.stand, best.model, best.knobs, floor)
 
 
 def swung(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
@@ -159,7 +149,7 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         fitted = fit_knobs(hand.misfit, best.model, knobs, 6)
         if is_stretched(fitted):
             continue
-        settled = resettle(hand, fitted, floor)
+        settled = settle(hand.stand, fitted.model, fitted.knobs, floor)
         settled = from_below(settled, floor) if likelier(settled, hand) > 0 else settled
         idle = settled.fitted.model.physics[place].values.get(size.name, size.start) == size.neutral
         if likelier(settled, hand) > LEAST and not idle and not is_stretched(settled.fitted):

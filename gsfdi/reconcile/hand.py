@@ -126,11 +126,6 @@ def settle(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array)
     return refined(coarse(stand, model, knobs, floor), floor)
 
 
-def resettle(hand: Round, fitted: Fitted, floor: Array) -> Round:
-    """Settle what was fitted under the noise of the model in hand."""
-    return refined(first_turn(hand, at_a_glance(hand, fitted, floor), floor), floor)
-
-
 @dataclass(frozen=True, slots=True)
 class Turn:
     """A model fitted under one noise, what it leaves, and the noise that suits that [N m]."""
@@ -151,17 +146,6 @@ def at_a_glance(hand: Round, fitted: Fitted, floor: Array) -> Turn:
     """Hold what was fitted under the noise of the model in hand under what suits it from there on, as it is."""
     innovations = [e[0] for e in hand.stand.innovations([fitted.model])]
     return Turn(hand.stand, fitted, innovations, by_side(hand.stand, innovations, floor, hand.torque))
-
-
-def first_turn(hand: Round, glance: Turn, floor: Array) -> Turn:
-    """Take the first turn of what was fitted under the noise of the model in hand: none where that suits it as it is.
-
-    What explains little leaves the noise as it was. To begin anew then only led it astray and back: beside a gearbox
-    that plays, under one noise for both sides, a ripple that gained 900 fell to -80,000 on the way.
-    """
-    if np.array_equal(glance.torque, hand.torque):
-        return glance
-    return coarse(hand.stand, glance.fitted.model, glance.fitted.knobs, floor)
 
 
 def refined(first: Turn, floor: Array) -> Round:
