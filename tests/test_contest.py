@@ -1,12 +1,17 @@
 """Who is settled in a contest, each under the noise that suits it."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
+from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import SETTLED, to_settle
+from gsfdi.reconcile import compete
+from gsfdi.reconcile.compete import SETTLED, TRIVIAL, least_promise, pursued, to_settle
 from gsfdi.reconcile.offer import Offer
-from gsfdi.reconcile.screen import Entry
+from gsfdi.reconcile.screen import LEAST, Entry
 from gsfdi.registry import shelf
 
 
@@ -20,3 +25,32 @@ def test_none_that_is_level_with_the_best_is_left_out_for_being_the_fifth(last: 
     ]
     assert to_settle(entries, terms) == entries[:settled]
     assert to_settle([], terms) == []
+
+
+def test_beside_a_play_a_term_must_be_promised_a_share_of_what_was_gained(monkeypatch: pytest.MonkeyPatch) -> None:
+    def having(term: str) -> Any:
+        return SimpleNamespace(fitted=SimpleNamespace(model=SimpleNamespace(physics=(TermUse(term, {}),))))
+
+    monkeypatch.setattr(compete, "likelier", lambda new, old: 50_000.0)
+    assert least_promise(having("backlash"), having("backlash"), 1.0) == TRIVIAL * 50_000.0
+    assert least_promise(having("cogging"), having("cogging"), 1.0) == 0.0
+    assert least_promise(having("cogging"), having("cogging"), 0.5 * TRIVIAL) == LEAST
+    monkeypatch.setattr(compete, "likelier", lambda new, old: 0.0)
+    assert least_promise(having("backlash"), having("backlash"), 0.5 * TRIVIAL) == LEAST
+
+
+@pytest.mark.parametrize(
+    ("gains", "left_at"), [((0.1, 0.9), "glance"), ((0.2, 0.3), "turn"), ((0.2, 0.6), "round"), ((0.9, 0.9), "round")]
+)
+def test_a_rival_is_left_where_it_is_far_behind(
+    monkeypatch: pytest.MonkeyPatch, gains: tuple[float, float], left_at: str
+) -> None:
+    best = 1000.0
+    of = {"glance": gains[0] * best, "turn": gains[1] * best}
+    monkeypatch.setattr(compete, "likelier", lambda new, old: of[new])
+    monkeypatch.setattr(compete, "at_a_glance", lambda *_: "glance")
+    monkeypatch.setattr(compete, "coarse", lambda *_: "turn")
+    monkeypatch.setattr(compete, "refined", lambda *_: "round")
+    anything: Any = SimpleNamespace(stand=None, model=None, knobs=())
+    assert pursued(anything, anything, best, np.ones(1)) == left_at
+    assert pursued(anything, anything, 0.0, np.ones(1)) == "round"
