@@ -45,12 +45,18 @@ def test_beside_a_play_a_term_must_be_promised_a_share_of_what_was_gained(monkey
 def test_a_rival_is_left_where_it_is_far_behind(
     monkeypatch: pytest.MonkeyPatch, gains: tuple[float, float], left_at: str
 ) -> None:
-    best = 1000.0
-    of = {"glance": gains[0] * best, "turn": gains[1] * best}
+    of = {"best": 1000.0, "glance": gains[0] * 1000.0, "turn": gains[1] * 1000.0}
     monkeypatch.setattr(compete, "likelier", lambda new, old: of[new])
     monkeypatch.setattr(compete, "at_a_glance", lambda *_: "glance")
     monkeypatch.setattr(compete, "coarse", lambda *_: "turn")
     monkeypatch.setattr(compete, "refined", lambda *_: "round")
     anything: Any = SimpleNamespace(stand=None, model=None, knobs=())
+    best: Any = "best"
     assert pursued(anything, anything, best, np.ones(1)) == left_at
-    assert pursued(anything, anything, 0.0, np.ones(1)) == "round"
+
+
+def test_the_first_is_settled_whatever_its_first_turn_gains(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compete, "likelier", lambda new, old: -1e5)
+    monkeypatch.setattr(compete, "settle", lambda *_: "round")
+    anything: Any = SimpleNamespace(stand=None, model=None, knobs=())
+    assert pursued(anything, anything, None, np.ones(1)) == "round"

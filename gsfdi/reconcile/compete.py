@@ -332,7 +332,7 @@ def contend(
     beyond, behind = set[tuple[str, str | None]](), set[tuple[str, str | None]]()
     for entry in to_settle([e for e in near if merit(e) > min(e.bar, WORTH)], shelf_terms):
         assert entry.fitted is not None
-        rival = pursued(hand, entry.fitted, likelier(best[2], hand) if best else 0.0, floor)
+        rival = pursued(hand, entry.fitted, best[2] if best else None, floor)
         if best and is_beyond(best[2], rival, hand, floor):
             beyond.add((entry.offer.term, entry.offer.side))
             continue
@@ -359,9 +359,14 @@ def contend(
     return contest, exact(from_above(from_below(settled, floor), floor))
 
 
-def pursued(hand: Round, fitted: Fitted, most: float, floor: Array) -> Round | Turn:
-    """Settle what was fitted, unless it stays far behind what gains `most` at a glance or in its first turn."""
-    glance = at_a_glance(hand, fitted, floor)
+def pursued(hand: Round, fitted: Fitted, best: Round | None, floor: Array) -> Round | Turn:
+    """Settle what was fitted, unless it stays far behind the best so far at a glance or in its first turn.
+
+    Where there is none yet, it is settled whatever its first turn gains: a Stribeck friction came from -1039 to 1897.
+    """
+    if best is None:
+        return settle(hand.stand, fitted.model, fitted.knobs, floor)
+    most, glance = likelier(best, hand), at_a_glance(hand, fitted, floor)
     if likelier(glance, hand) < GLANCED * most:
         return glance
     turn = coarse(hand.stand, fitted.model, fitted.knobs, floor)

@@ -143,7 +143,7 @@ def coarse(stand: Bench, model: JointModel, knobs: Sequence[Knob], floor: Array)
 
 
 def at_a_glance(hand: Round, fitted: Fitted, floor: Array) -> Turn:
-    """Hold what was fitted under the noise of the model in hand under what suits it from there on, as it is."""
+    """Give what was fitted under the noise of the model in hand the noise that suits it, looked for from there on."""
     innovations = [e[0] for e in hand.stand.innovations([fitted.model])]
     return Turn(hand.stand, fitted, innovations, by_side(hand.stand, innovations, floor, hand.torque))
 
@@ -185,7 +185,7 @@ def from_below(hand: Round, floor: Array) -> Round:
 def from_above(hand: Round, floor: Array) -> Round:
     """Settle a second time from ten times that noise where the gearbox plays: contacts leave fits many places to stop.
 
-    A play of 1 mrad that stopped a thousandth off its width lay 2,000 behind one that did not.
+    A play of 1 mrad that stopped 0.07 % off its width lay 2,000 behind one that did not.
     """
     return anew(hand, floor, 10.0) if plays(hand.fitted.model) else hand
 
