@@ -171,19 +171,9 @@ def names(
             if not alike(hand, use, better.model.physics[-1]):  # the others were held beside another model
                 place, found, likes = given, [], []
             continue
-        weights = np.exp(np.array([own, *odds]) - max([own, *odds]))
-        weights /= weights.sum()
-        others = tuple(
-            sorted(
-                (Rival(f.model.physics[-1], merit, float(w)) for (merit, f), w in zip(rows, weights[1:], strict=True)),
-                key=lambda rival: -rival.probability,
-            )
-        )
-        same = [
-            weight for (_, f), weight in zip(rows, weights[1:], strict=True) if f.model.physics[-1].term == use.term
-        ]
-        found.append(Name(use, float(weights[0] + sum(same)), 0.0, {}, others))
-        likes.append([f for (_, f), weight in zip(rows, weights[1:], strict=True) if weight > CLOSE * weights[0]])
+        name, close = weighed(use, own, rows, odds)
+        found.append(name)
+        likes.append(close)
         place += 1
     less = fewer(hand, given, likes)
     if less is not None:
@@ -198,6 +188,32 @@ def names(
         if bare.cost - hand.fitted.cost < max(least, moved if is_sensor(name.use.term) else 0.0):
             return names(around(hand, bare), given, contests, shelf_terms, shown, thorough)
     return hand, found
+
+
+def weighed(
+    use: TermUse, own: float, rows: Sequence[tuple[float, Fitted]], odds: Sequence[float]
+) -> tuple[Name, list[Fitted]]:
+    """Name a term in hand as likely as its rivals leave it; with it, those that are not told apart from it.
+
+    Parameters
+    ----------
+    use : TermUse
+        The term.
+    own : float
+        Its log-odds.
+    rows : sequence of tuple
+        Its rivals' merits and fits.
+    odds : sequence of float
+        Their log-odds.
+    """
+    weights = np.exp(np.array([own, *odds]) - max([own, *odds]))
+    weights /= weights.sum()
+    held = [(fitted, merit, float(weight)) for (merit, fitted), weight in zip(rows, weights[1:], strict=True)]
+    others = [Rival(fitted.model.physics[-1], merit, weight) for fitted, merit, weight in held]
+    same = sum(other.probability for other in others if other.use.term == use.term)
+    ranked = tuple(sorted(others, key=lambda rival: -rival.probability))
+    close = [fitted for fitted, _, weight in held if weight > CLOSE * weights[0]]
+    return Name(use, float(weights[0]) + same, 0.0, {}, ranked), close
 
 
 def bared(hand: Round, place: int) -> Fitted:

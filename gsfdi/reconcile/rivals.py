@@ -1,6 +1,6 @@
 """What else a term in hand might be: every finalist of the contest that it won, refitted in its place."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -67,30 +67,17 @@ def rivals(
     if any(own.term in shelf_terms[use.term].beside for use in hand.fitted.model.physics[given:]):
         return []  # another is there to shape this one
     bare, rest, keep = without_terms(hand.fitted, [place])
-    found, moot, ended = [], moot_by_shift(hand.fitted), has_ended(hand.fitted, shelf_terms, place)
-    lost = contest.beyond | contest.far if len(hand.fitted.model.physics) == given + 1 else contest.beyond
-    finalists = [entry for entry in contest.entries if entry.fitted is not None]
-    for entry in (*finalists, *unfitted_likes(own, contest)):
-        if entry.offer.term in moot or not may_replace(entry, own, bare.physics, given, shelf_terms):
-            continue
-        use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
-        use = former.get((entry.offer.term, entry.offer.side), use)
-        if use is None:
-            continue
-        use, confused = turning_like(own, use, hand.stand.records), frozenset({own.term, use.term}) in CONFUSED
-        once = use.onset is not None or entry.fitted is None
-        if own.onset is not None and (once or (confused and shelf_terms[use.term].sets_in != "never")):
-            use = replace(use, onset=own.onset)  # what happened then is the question, not when
+    known, found, ended = hand.fitted.jacobian[:, keep], [], has_ended(hand.fitted, shelf_terms, place)
+    for use, beyond in stand_ins(hand, own, bare.physics, given, contest, shelf_terms, former):
         model = with_term(bare, use)
         knobs = [*rest, *term_knobs(hand.stand, model, len(model.physics) - 1)]
-        known, beyond = hand.fitted.jacobian[:, keep], (entry.offer.term, entry.offer.side) in lost
         fitted = fit_knobs(hand.misfit, model, knobs, 1 if beyond else 4, known)
         fitted = fitted if beyond else nearing(hand.misfit, fitted, hand.fitted.cost, hopeless)
         if thorough and use.onset is not None and fitted.cost - hand.fitted.cost < 10 * hopeless:
             if own.onset is None:
                 fitted = elsewhere(hand, fitted, known)
             fitted = refined_onset(hand, fitted, len(model.physics) - 1, hand.stand.scales.seconds / ONSETS, known)
-        alike = thorough and (ended or confused)
+        alike = thorough and (ended or is_confused(own, use))
         if fitted.cost - hand.fitted.cost > hopeless and alike and not beyond and may_stick(model, own, shelf_terms):
             # under the noise of a model that lacks nothing, a joint that sticks keeps a fit from going far
             fitted = settle(hand.stand, model, knobs, effort_floor(hand.stand)).fitted
@@ -100,6 +87,41 @@ def rivals(
         if not (is_at_bound(fitted, shelf_terms) or never_slips(fitted.model.physics[-1], hand.stand.scales)):
             found.append((hand.fitted.cost - fitted.cost - price(use) + price(own), fitted))
     return found
+
+
+def stand_ins(
+    hand: Round,
+    own: TermUse,
+    others: Sequence[TermUse],
+    given: int,
+    contest: Contest,
+    shelf_terms: Mapping[str, PhysicsTerm],
+    former: Mapping[tuple[str, str | None], TermUse],
+) -> Iterator[tuple[TermUse, bool]]:
+    """Give what may stand in the place of `own` beside the others, and whether its contest left it far behind.
+
+    Each has the numbers that it begins with. For the parameters see :func:`rivals`.
+    """
+    moot, lost = moot_by_shift(hand.fitted), contest.beyond | contest.far if len(others) == given else contest.beyond
+    finalists = [entry for entry in contest.entries if entry.fitted is not None]
+    for entry in (*finalists, *unfitted_likes(own, contest)):
+        offer = entry.offer
+        if offer.term in moot or not may_replace(entry, own, others, given, shelf_terms):
+            continue
+        use = entry.fitted.model.physics[-1] if entry.fitted is not None else first_guess(entry)
+        use = former.get((offer.term, offer.side), use)
+        if use is None:
+            continue
+        use = turning_like(own, use, hand.stand.records)
+        once = use.onset is not None or entry.fitted is None
+        if own.onset is not None and (once or (is_confused(own, use) and shelf_terms[use.term].sets_in != "never")):
+            use = replace(use, onset=own.onset)  # what happened then is the question, not when
+        yield use, (offer.term, offer.side) in lost
+
+
+def is_confused(own: TermUse, other: TermUse) -> bool:
+    """Whether either term is easily taken for the other."""
+    return frozenset({own.term, other.term}) in CONFUSED
 
 
 def elsewhere(hand: Round, fitted: Fitted, known: Array) -> Fitted:
