@@ -1,8 +1,8 @@
 """Damped least squares on white innovations, with slopes from differences of replays.
 
 Tried and left out: to try no step that is promised next to nothing, which took 5 % off the time of fourteen cases and
-left a bristle's stiffness 10 % off where it had been 2 %, since such steps lead out of where dry friction holds a fit;
-and to solve each step within its bounds rather than cut it off at them, which left 24 cases as right and as slow.
+left a bristle's stiffness 10 % off where it had been 2 %, for such steps had led on; and to solve each step within its
+bounds rather than cut it off at them, which left 24 cases as right and as slow.
 """
 
 from collections.abc import Callable, Sequence
