@@ -342,7 +342,8 @@ def _plateau(held: Held, depth: float, step: float, windup: Windup) -> LawFindin
     scatter = float(np.std(at_it)) if plain else max(width, errs)  # the highest few scatter less than their noise
     spread = MEDIAN * scatter / float(np.sqrt(len(at_it)))
     met = begun & ((beyond > 0) | _waits(held, limit, windup))
-    if not met.any() or is_no_plateau(effort[met], limit, errs, effort_noise(held.log.model)):
+    missed = is_missed(effort[begun] - limit, beyond[begun], errs)
+    if missed or not met.any() or is_no_plateau(effort[met], limit, errs, effort_noise(held.log.model)):
         return None
     hardly |= bool(np.median(beyond[met]) < errs and np.mean(beyond[near]) < SURPLUS * errs / np.sqrt(near.sum()))
     if hardly and not gain > step > SURE:  # what is asked for exceeds it by what the law errs, if at all
@@ -351,6 +352,15 @@ def _plateau(held: Held, depth: float, step: float, windup: Windup) -> LawFindin
         return None
     share = float(1 - rest / held.energy)
     return LawFinding("current_limit", {"limit_a": limit}, None, gain, share, spread, windup)
+
+
+def is_missed(off: Array, beyond: Array, errs: float) -> bool:
+    """Whether most efforts are off a limit where the law asks surely for more, be it one of `errs`.
+
+    A step of the position asks for far more, as a speed; whatever the effort was then had been a limit.
+    """
+    surely = np.abs(off)[beyond > SURPLUS * errs]
+    return len(surely) > 0 and float(np.median(surely)) > FLAT * errs
 
 
 def is_no_plateau(effort: Array, limit: float, errs: float, noise: float = 0.0) -> bool:
