@@ -27,7 +27,7 @@ from gsfdi.reconcile.hand import Round, settle, with_term
 from gsfdi.reconcile.judge import Name, Rival, alike, contest_of, is_nothing
 from gsfdi.reconcile.knobs import term_knobs
 from gsfdi.reconcile.lagging import beside_positions, kinematic_lag
-from gsfdi.reconcile.law import check_law, densest, is_no_plateau, is_pinned, plainest
+from gsfdi.reconcile.law import check_law, densest, is_missed, is_no_plateau, is_pinned, plainest
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offer import SHARE, Offer, offers
 from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
@@ -963,6 +963,16 @@ def test_a_term_gains_on_a_twin_beside_terms_that_suit_it(monkeypatch: pytest.Mo
     assert held == [restated]
 
 
+def test_a_joint_that_moves_does_not_slip() -> None:
+    """A step of the position that is six times its noise, which no speed tells from a slip of a joint that sticks."""
+    physics = (TermUse("coulomb_friction", {"torque_nm": 2.0}, "motor"),)
+    sound = replace(MODEL, physics=physics)
+    step = TermUse("position_bias", {"bias_rad": 6 * MODEL.sensors.position_noise}, None, 20.1)
+    record = simulate_record(replace(sound, physics=(*physics, step)), seed=2, duration=60.0)
+    (entry,) = reconcile([without_speed(record)], replace(sound, controller=None)).omitted_physics
+    assert entry["term"] == "position_bias"
+
+
 @pytest.mark.parametrize("onset", [25.003, 25.01, 31.37])
 def test_a_large_step_of_the_position_is_found_to_the_sample(onset: float) -> None:
     step = TermUse("position_bias", {"bias_rad": 1.6e-3}, None, onset)
@@ -971,6 +981,13 @@ def test_a_large_step_of_the_position_is_found_to_the_sample(onset: float) -> No
     assert entry["term"] == "position_bias"
     assert entry["onset_s"] == pytest.approx(onset, abs=0.0101)
     assert entry["parameters"]["bias_rad"]["value"] == pytest.approx(1.6e-3, rel=0.01)
+
+
+@pytest.mark.parametrize(("asked", "missed"), [(2.3, True), (0.001, False)])
+def test_a_limit_is_met_wherever_the_law_surely_asks_for_more(asked: float, missed: bool) -> None:
+    """A step of the position asks for twenty times the highest effort, were it a speed."""
+    off, beyond = np.array([0.0, 0.001, -0.055, -0.02, -0.006]), np.array([-0.01, -0.02, asked, asked, 0.001])
+    assert is_missed(off, beyond, 0.004) is missed
 
 
 def test_a_stop_that_is_met_once_is_named() -> None:

@@ -8,7 +8,9 @@ import numpy as np
 from gsfdi.fit import Fitted, Knob, turned
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
+from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.calibrate import bar, inflations
+from gsfdi.reconcile.drifting import position_of
 from gsfdi.reconcile.hand import Round, is_sensor, likelier, settle, with_term
 from gsfdi.reconcile.offering import MATERIAL, SIMULATED
 from gsfdi.reconcile.remainder import torque_between
@@ -58,11 +60,12 @@ ENDS = {
     ("gearbox_hysteresis", "width_rad"): "high",
     ("presliding_friction", "stiffness_nm_rad"): "low",
     ("shear_thinning_friction", "velocity_rad_s"): "low",
+    ("stribeck_friction", "velocity_rad_s"): "high",
     ("structural_mode", "damping_ratio"): "high",
     ("structural_mode", "frequency_hz"): "high",
 }
-"""Ends of a number at which a term has another name: a bristle that never slips, drag that is there at once, a mode
-that does not ring, or faster than the log could show."""
+"""Ends of a number at which a term has another name: a bristle that never slips, drag that is there at once, an excess
+that never fades, a mode that does not ring, or faster than the log could show."""
 TURNED = 5.0
 """Times the speed of a smooth friction within which its laws differ."""
 TURNED_BY = 0.1
@@ -164,7 +167,8 @@ def matters(hand: Round, entry: Entry) -> bool:
         return False
     values = entry.fitted.model.physics[-1].values
     if entry.offer.term == "position_bias":
-        return abs(values["bias_rad"]) > (SEEN if hand.stand.sees_speed else SLIP) * hand.stand.scales.noise
+        plain = hand.stand.sees_speed or travels(hand.stand, entry.onset)
+        return abs(values["bias_rad"]) > (SEEN if plain else SLIP) * hand.stand.scales.noise
     if entry.offer.term == "torque_constant_drift":
         drifts_for = hand.stand.scales.seconds - max(values["onset_s"], entry.onset or 0.0)
         if abs(values["rate_per_s"]) * drifts_for < SIMULATED:
@@ -176,6 +180,18 @@ def matters(hand: Round, entry: Entry) -> bool:
     doubt = hand.stand.learnt + (hand.stand.looped if entry.offer.term in LINEAR else 0.0)
     least = NET + left_by_shift(entry.fitted, hand.stand.scales.period) + doubt
     return bool(alone > MATERIAL + doubt) and size_of(hand, entry.fitted) > least
+
+
+def travels(stand: Bench, onset: float | None) -> bool:
+    """Whether the joint moves just before and just after `onset` [s], as none does that slips: it must have stuck."""
+    if onset is None:
+        return False
+    for record in stand.records:
+        k = int(np.searchsorted(record.t, onset))
+        before, after = position_of(record)[max(k - BURST, 0) : k], position_of(record)[k : k + BURST]
+        if min(len(before), len(after)) == BURST:
+            return bool(min(np.ptp(before), np.ptp(after)) > SLIP * stand.scales.noise)
+    return False
 
 
 def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
