@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 import pytest
-from joints import MODEL
+from joints import MODEL, without_speed
 
 from gsfdi.model import JointModel
 from gsfdi.reconcile import entries, reconcile, run
+from gsfdi.reconcile.parameters import Lone, lone_changes
 from gsfdi.simulate import simulate_record
 
 
@@ -43,3 +44,26 @@ def test_a_number_that_is_nearly_all_has_its_name_although_nothing_else_has(
     assert [entry["term"] for entry in answer.omitted_physics] == ["motor_inertia_change"] * named
     assert (answer.updated_model is not None) is named
     assert ("3 % of the held-out misfit remains" in answer.says) is named
+
+
+@pytest.mark.parametrize(("seed", "duration"), [(0, 12.0), (2, 12.0), (0, 20.0)])
+def test_the_one_number_is_found_where_neither_speed_nor_law_is_known(seed: int, duration: float) -> None:
+    """Fits that began at the nominal value stopped far short, and a stiffness of 1.09 or nothing had the name."""
+    record = without_speed(simulate_record(off(motor_inertia=0.9), seed=seed, duration=duration))
+    (entry,) = reconcile([record], replace(MODEL, controller=None)).omitted_physics
+    assert entry["term"] == "motor_inertia_change"
+    assert entry["parameters"]["ratio"]["value"] == pytest.approx(0.9, rel=0.005)
+
+
+@pytest.mark.parametrize("seen", [True, False])
+def test_numbers_are_told_apart_more_readily_where_a_law_and_a_speed_are_known(
+    seen: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lone(*args: object) -> list[Lone]:
+        return [replace(one, cost=8.0 * place) for place, one in enumerate(lone_changes(*args))]  # type: ignore[arg-type]
+
+    monkeypatch.setattr(entries, "lone_changes", lone)
+    record = simulate_record(off(motor_inertia=1.13), seed=1, duration=12.0)
+    answer = reconcile([record], MODEL) if seen else reconcile([without_speed(record)], replace(MODEL, controller=None))
+    assert len(answer.omitted_physics) == 1
+    assert (len(answer.indistinguishable) == 0) is seen

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from math import inf
 from typing import Any
 
 from gsfdi.model import TermUse
@@ -28,8 +29,12 @@ UNSEEN = 2 * LEAST
 
 The noise of the effort is in what drives the model then, and fault-free joints gained up to 24.
 """
-APART = 3.0
-"""Log-likelihood by which one parameter moved alone must beat another to be told from it."""
+ONE_SIDED = ("coulomb_friction", "viscous_friction", "constant_load")
+"""What friction that differs between the directions looks like in one of them."""
+APART, UNSEEN_APART = 3.0, 9.0
+"""Log-likelihood by which one parameter moved alone must beat another to be told from it; and where neither a speed nor
+a law is known: the right one fell 7 to 9 short of moving all there, where chance takes 2.5.
+"""
 SOLE = 12.0
 """Log-likelihood that moving one parameter alone may fall short of moving all."""
 
@@ -115,10 +120,11 @@ def shift_entries(moved: Sequence[Shift]) -> list[dict[str, Any]]:
     ]
 
 
-def parameters_of(case: Case) -> tuple[Case, list[Shift], list[Shift]]:
+def parameters_of(case: Case, sole: float = SOLE) -> tuple[Case, list[Shift], list[Shift]]:
     """Parameters to name because they alone account for the mismatch, and where all parameters ended.
 
-    Where one alone accounts for it the case is given back with that one moved, and no other.
+    Where one alone accounts for it, but for a log-likelihood of `sole`, the case is given back with that one moved, and
+    no other.
     """
     moved = shifts(case.hand)
     if case.found:
@@ -133,12 +139,13 @@ def parameters_of(case: Case) -> tuple[Case, list[Shift], list[Shift]]:
     if gain < (UNSEEN if unseen else LEAST) or is_feigned(gain, case.first, case.settled, plant, gain_of):
         return case, [], moved
     news = [s for s in moved if s.is_news]
+    apart = UNSEEN_APART if unseen else APART
     for leeway in (PINNED, SNUG) if news else (PINNED,):
         alone = lone_changes(case.first, nominal, leeway)
         lone, shift = alone[0], alone[0].shift
         needed = 0.003 if leeway == PINNED else shift.tolerance
-        if lone.cost < SOLE and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > needed:
-            near = [other.shift.term for other in alone[1:] if other.cost < lone.cost + APART]
+        if lone.cost < sole and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > needed:
+            near = [other.shift.term for other in alone[1:] if other.cost < lone.cost + apart]
             shift = replace(shift, alike=(*near, *likes_of(shift.term, case)))
             return replace(case, hand=around(case.first, lone.fitted)), [shift], [shift]
     return case, news, moved
@@ -160,7 +167,7 @@ def nearly_alone(case: Case) -> tuple[Case, list[Shift], float] | None:
         Share of the held-out misfit that is left.
     """
     bare = replace(case, hand=case.first, found=[])
-    alone, lone, _ = parameters_of(bare)
+    alone, lone, _ = parameters_of(bare, inf)
     if alone is bare or not lone:
         return None
     left = left_over(case.logged, case.nominal, alone.updated)
@@ -191,6 +198,8 @@ def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
         found.append(SCALE)
     if case.settled.law is None and any(name.use.term == DELAYS[0] for name in case.found):
         found.append(DELAYS)
+    if not case.stand.scales.returns and "asymmetric_friction" in case.terms:
+        found += [(term, "asymmetric_friction") for term in ONE_SIDED if term in named]
     return found
 
 

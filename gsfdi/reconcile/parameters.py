@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
 from gsfdi.fit import Fitted, Knob, levenberg
 from gsfdi.model import JointModel
-from gsfdi.reconcile.hand import Round
+from gsfdi.reconcile.hand import Round, coarse
+from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.turning import DOUBT, balanced, spread_of
 
 TERM_OF = {
@@ -20,6 +22,12 @@ TOLERANCE = 0.055 / DOUBT
 """How far a nominal parameter may be off without that being news, in standard deviations of the belief in it."""
 PINNED = 1e-3
 """Doubt in a number that is held, as a share of the usual."""
+LOST = 12.0
+"""Log-likelihood that the best one moved alone falls short of all from which on each is looked for from afar.
+
+Where little noise is expected the valley is narrow: beside a motor's inertia of 0.9 fits stopped 1300 to 6200 short,
+and a stiffness of 1.09 accounted for all.
+"""
 SNUG = 0.01 / DOUBT
 """The same where the others may give way a little: a joint and its simulation also differ in how friction turns."""
 
@@ -97,17 +105,25 @@ def lone_changes(hand: Round, nominal: Mapping[str, float], leeway: float) -> li
     leeway : float
         Doubt in the others, as a share of the usual.
     """
-    found = []
-    base = _with(hand, nominal)
-    for name, value in nominal.items():
-        rest = [_held(k, nominal, leeway) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
-        alone = Knob(-1, name, 0.03 * value, 0.2 * value, 5.0 * value, prior=value)
-        fitted = balanced(hand.misfit, levenberg(hand.misfit, base, [alone, *rest], 12))
-        sd = float(np.sqrt(spread_of(fitted, hand.stand.blocks())[0, 0])) / value
-        ratio = float(fitted.values[0] / value)
-        shift = Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd, TOLERANCE * DOUBT)
-        found.append(Lone(shift, fitted, _cost_beside(hand, fitted) - fitted.belief))
-    return sorted(found, key=lambda lone: lone.cost)
+    found = [_alone(hand, name, nominal, leeway) for name in nominal]
+    if min(lone.cost for lone in found) > LOST:
+        afar = [_alone(hand, name, nominal, leeway, afar=True) for name in nominal]
+        found = [min(pair, key=attrgetter("cost")) for pair in zip(found, afar, strict=True)]
+    return sorted(found, key=attrgetter("cost"))
+
+
+def _alone(hand: Round, name: str, nominal: Mapping[str, float], leeway: float, afar: bool = False) -> Lone:
+    """Move one plant parameter alone, under the noise that its nominal value leaves first where that is far off."""
+    value, base = nominal[name], _with(hand, nominal)
+    rest = [_held(k, nominal, leeway) for k in hand.fitted.knobs if not (k.place == -1 and k.name == name)]
+    knobs = [Knob(-1, name, 0.03 * value, 0.2 * value, 5.0 * value, prior=value), *rest]
+    if afar:
+        base = coarse(hand.stand, base, knobs, effort_floor(hand.stand)).fitted.model
+    fitted = balanced(hand.misfit, levenberg(hand.misfit, base, knobs, 12))
+    sd = float(np.sqrt(spread_of(fitted, hand.stand.blocks())[0, 0])) / value
+    ratio = float(fitted.values[0] / value)
+    shift = Shift(TERM_OF[name], ratio, ratio - 1.96 * sd, ratio + 1.96 * sd, TOLERANCE * DOUBT)
+    return Lone(shift, fitted, _cost_beside(hand, fitted) - fitted.belief)
 
 
 def _with(hand: Round, nominal: Mapping[str, float]) -> JointModel:
