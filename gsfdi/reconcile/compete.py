@@ -35,7 +35,7 @@ from gsfdi.reconcile.finalists import (
     settled_bar,
     settled_onset,
 )
-from gsfdi.reconcile.forms import relawed, reordered, reshaped, retuned, swung
+from gsfdi.reconcile.forms import relawed, reordered, reshaped, retuned, shared_anew, swung
 from gsfdi.reconcile.hand import (
     Round,
     Turn,
@@ -340,6 +340,7 @@ def contend(
             behind.add((entry.offer.term, entry.offer.side))
             continue
         settled, owed = shaped(rival, hand, entry, shelf_terms[entry.offer.term], floor)
+        settled = settled and shared_anew(settled, given, shelf_terms, floor)
         if settled is None or is_another(settled, shelf_terms):
             continue
         gain, least = likelier(settled, hand) - cost_of(entry) - owed, settled_bar(settled, entry, trials)

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
 from gsfdi.fit import SWING, Knob
-from gsfdi.model import JointModel
+from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import Param, PhysicsTerm
 from gsfdi.reconcile.finalists import KNOB_COST, is_stretched
 from gsfdi.reconcile.hand import Round, around, from_below, leaves_nothing, likelier, project, regressed, settle
@@ -24,6 +25,8 @@ FACTORS = (0.1, 0.3, 3.0, 10.0, 30.0)
 """Times its value at which a number that shapes a term is tried once the term is settled."""
 WIDTHS = (0.5, 1.0, 2.0, 5.0, 12.0)
 """Times its value at which a number that shapes a term is tried by another law."""
+BY_SPEED = ("coulomb_friction", "shear_thinning_friction", "stribeck_friction")
+"""Frictions of which two at once look like a third, for all they depend on is the speed."""
 TRIED = 2
 """Starts of another law that are fitted."""
 PROMISED = 8.0
@@ -155,6 +158,41 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
         if likelier(settled, hand) > LEAST and not idle and not is_stretched(settled.fitted):
             hand = settled
     return hand if hand is before else relawed(hand, place, term, floor)
+
+
+def shared_anew(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm], floor: Array) -> Round:
+    """Take another friction for one that was found where beside it the last term, which is one, too, does better.
+
+    The first of two that are missing is fitted to the sum of both. The drag of a grease was a Coulomb friction that
+    turns round over a tenth of its speeds while a Stribeck friction was missing, too; and a Stribeck friction was a
+    Coulomb friction, beside which the drag was left with a fifth of its own. Neither number leads there alone.
+    """
+    model, best = hand.fitted.model, hand
+    last, end, found = model.physics[-1], len(model.physics) - 1, {use.term for use in model.physics[given:]}
+    if last.term not in BY_SPEED:
+        return hand
+    spare = [shelf_terms[name] for name in BY_SPEED if name in shelf_terms and name not in found]
+    own = [model.with_use(end, use) for use in (last, *likes(last, shelf_terms[last.term], shelf_terms, hand))]
+    for place, use in enumerate(model.physics[given:-1], given):
+        rest = [knob for knob in hand.fitted.knobs if knob.place not in (place, end)]
+        for term in spare if use.term in BY_SPEED else ():
+            others = likes(use, term, shelf_terms, hand)
+            start = nearest(hand, [one.with_use(place, other) for one in own for other in others])[0]
+            knobs = (term_knobs(hand.stand, start, at) for at in (place, end))
+            other = settle(hand.stand, start, [*rest, *chain.from_iterable(knobs)], floor)
+            best = other if likelier(other, best) > 0 else best
+    return best
+
+
+def likes(use: TermUse, term: PhysicsTerm, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) -> list[TermUse]:
+    """Give `term` in the place of a friction, with its torque, at every speed that is tried for it."""
+    torque = use.values[shelf_terms[use.term].params[0].name]
+    size, *shape = term.params
+    speeds = next((param for param in shape if param.kind == "plain" and param.trials is not None), None)
+    if speeds is None or speeds.trials is None:
+        return [replace(use, term=term.name, values={size.name: torque})]
+    tried = speeds.trials(hand.stand.scales)
+    return [replace(use, term=term.name, values={size.name: torque, speeds.name: speed}) for speed in tried]
 
 
 def other_forms(hand: Round, place: int, term: PhysicsTerm, param: Param) -> tuple[list[JointModel], tuple[Knob, ...]]:

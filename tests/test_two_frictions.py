@@ -1,0 +1,60 @@
+"""Frictions that the data hardly part: two at once that look like a third, and one of one direction only."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rigid import JOINT
+
+from gsfdi.model import TermUse
+from gsfdi.reconcile import Reconciliation, reconcile
+from gsfdi.simulate import simulate_record
+
+OWN = (TermUse("coulomb_friction", {"torque_nm": 2.0}),)
+
+
+def swept(*terms: TermUse) -> Reconciliation:
+    """Reconcile a joint that sweeps both ways, at up to 0.5 rad/s."""
+    asked = simulate_record(JOINT, duration=40.0)
+    waves = ((0.35, 0.5, 0.0), (0.12, 1.7, 1.0), (0.03, 4.1, 2.0))
+    place = sum(a * np.sin(w * asked.t + p) for a, w, p in waves)
+    rate = sum(a * w * np.cos(w * asked.t + p) for a, w, p in waves)
+    asked = replace(asked, channels={**asked.channels, "setpoint": place, "setpoint_rate": rate}, valid={})
+    record = simulate_record(replace(JOINT, physics=(*OWN, *terms)), replay=asked, seed=1)
+    return reconcile([record], replace(JOINT, physics=OWN))
+
+
+@pytest.mark.parametrize(
+    ("drag_nm", "yields", "excess_nm", "fades"),
+    [(0.75, 0.055, 0.5, 0.09), (1.0, 0.03, 0.5, 0.09), (1.0, 0.04, 1.0, 0.05)],
+)
+def test_a_stribeck_friction_and_a_drag_are_told_apart(
+    drag_nm: float, yields: float, excess_nm: float, fades: float
+) -> None:
+    """What they add up to was a Coulomb friction that turns round slowly, alone or beside a narrow excess."""
+    drag = TermUse("shear_thinning_friction", {"torque_nm": drag_nm, "velocity_rad_s": yields})
+    excess = TermUse("stribeck_friction", {"excess_nm": excess_nm, "velocity_rad_s": fades})
+    found = {entry["term"]: entry["parameters"] for entry in swept(drag, excess).omitted_physics}
+    assert set(found) == {"shear_thinning_friction", "stribeck_friction"}
+    for use in (drag, excess):
+        for name, value in use.values.items():
+            assert found[use.term][name]["value"] == pytest.approx(value, rel=0.02)
+
+
+def test_a_friction_that_was_met_one_way_only_is_not_said_to_differ_between_the_directions() -> None:
+    """A drag and a Coulomb friction had been half a Coulomb friction and an asymmetry."""
+    dry = TermUse("coulomb_friction", {"torque_nm": 0.5})
+    wet = TermUse("viscous_friction", {"coefficient_nms_rad": 10.0})
+    record = simulate_record(replace(JOINT, physics=(dry, wet)), seed=3, duration=30.0)
+    assert np.mean(record["joint_velocity"] > 0.005) < 0.01
+    answer = reconcile([record], JOINT)
+    assert {entry["term"] for entry in answer.omitted_physics} == {dry.term, wet.term}
+    assert {("coulomb_friction", "asymmetric_friction"), ("viscous_friction", "asymmetric_friction")} <= set(
+        answer.indistinguishable
+    )
+
+
+def test_a_friction_that_differs_between_the_directions_is_named_where_both_were_met() -> None:
+    asymmetry = TermUse("asymmetric_friction", {"difference_nm": 1.0, "difference_nms_rad": 3.0})
+    (entry,) = swept(asymmetry).omitted_physics
+    assert entry["term"] == "asymmetric_friction"
