@@ -9,7 +9,8 @@ class Scales:
 
     Torque [N m] and effort are those of the drive (95th percentile), speed of the joint, reach half its range about
     `centre`, windup the spring's under that torque, `turns` motor radians per joint radian, `critical` the damping that
-    would just keep the gearbox's own mode from ringing [N m s/rad], infinite for a rigid joint.
+    would just keep the gearbox's own mode from ringing [N m s/rad], infinite for a rigid joint. It `warms` where the
+    temperature changes, and `returns` where it moves either way.
     """
 
     torque: float
@@ -25,6 +26,7 @@ class Scales:
     turns: float
     noise: float
     warms: bool
+    returns: bool
 
     def of(self, unit: str) -> float:
         """Size of a plain effect for a number in `unit`."""

@@ -59,6 +59,7 @@ USUAL = {
         turns=260.6,
         noise=4e-6,
         warms=False,
+        returns=True,
     ),
     "rigid": Scales(
         torque=2.0,
@@ -74,6 +75,7 @@ USUAL = {
         turns=1.0,
         noise=1e-5,
         warms=True,
+        returns=True,
     ),
 }
 

@@ -30,7 +30,8 @@ SIMULATED = 1.5e-3
 def possible(stand: Bench, shelf_terms: Mapping[str, PhysicsTerm], level: float) -> dict[str, PhysicsTerm]:
     """Terms that say something on this bench; for `level` see `gsfdi.reconcile.compete.compete`."""
     moot = moot_terms(stand.model) | (OF_THE_LAW if stand.lever > 0 else frozenset())
-    terms = {name: term for name, term in shelf_terms.items() if name not in moot}
+    shows = {name for name, term in shelf_terms.items() if stand.scales.returns or not term.sided}
+    terms = {name: term for name, term in shelf_terms.items() if name in shows - moot}
     return beside_the_law(terms) if level > 0 else terms
 
 
