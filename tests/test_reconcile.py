@@ -37,7 +37,7 @@ from gsfdi.reconcile.sheet import Held, LawFinding, Log, sheet_of
 from gsfdi.reconcile.simpler import fewer
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, sets_in_anew, strained
+from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, sets_in_anew, strained, sways
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -981,6 +981,20 @@ def test_a_large_step_of_the_position_is_found_to_the_sample(onset: float) -> No
     assert entry["term"] == "position_bias"
     assert entry["onset_s"] == pytest.approx(onset, abs=0.0101)
     assert entry["parameters"]["bias_rad"]["value"] == pytest.approx(1.6e-3, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("term", "size", "says"),
+    [("stiffness_change", 0.3, True), ("stiffness_change", 0.0, False), ("viscous_friction", 0.3, False)],
+)
+def test_a_number_of_the_plant_does_not_explain_what_sways(term: str, size: float, says: bool) -> None:
+    noise = np.random.default_rng(0).standard_normal((9000, 2))
+    noise[:, 0] += size * np.sin(np.linspace(0.0, 60.0, 9000))
+    noise[:40] = 0.0  # no innovations while the observer warms up
+    hand = SimpleNamespace(fitted=SimpleNamespace(residual=noise.ravel()))
+    stand = SimpleNamespace(system=SimpleNamespace(rows=(0, 1)))
+    found = [SimpleNamespace(use=TermUse(term))]
+    assert sways(SimpleNamespace(findings=(), found=found, hand=hand, stand=stand)) is says  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("asked", "missed"), [(2.3, True), (0.001, False)])
