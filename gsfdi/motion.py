@@ -166,7 +166,8 @@ class PhysicsTerm:
     axes : tuple of str
         Axes in whose motion it is looked for.
     sided : bool
-        Whether a dry friction is greater in one direction than in the other, and so its law reads `DIRECTION`.
+        Whether a dry friction is greater in one direction than in the other, and so its law reads `DIRECTION`; it is
+        looked for only where the joint moves both ways.
     dissipative : bool
         Whether it can only take energy out, for parameters within their bounds.
     memory : bool
