@@ -161,7 +161,7 @@ def relawed(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round:
 
 
 def shared_anew(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm], floor: Array) -> Round:
-    """Take another friction for one that was found where beside it the last term, which is one, too, does better.
+    """Put another friction in the place of a found one, where the last term, a friction too, does better beside it.
 
     The first of two that are missing is fitted to the sum of both. The drag of a grease was a Coulomb friction that
     turns round over a tenth of its speeds while a Stribeck friction was missing, too; and a Stribeck friction was a
