@@ -18,6 +18,7 @@ from scipy.signal import lfilter
 
 from gsfdi.model import JointModel
 from gsfdi.reconcile.law import EXACT
+from gsfdi.reconcile.noise import power_of_means
 from gsfdi.reconcile.sensing import effort_noise
 from gsfdi.reconcile.sheet import Sheet, hiss, unit_sheets
 from gsfdi.types import Array, JointRecord
@@ -154,10 +155,5 @@ def _laid_out(sheet: Sheet, lags: Sequence[float]) -> tuple[Array, Array]:
 
 def is_white(stretches: Sequence[Array]) -> bool:
     """Whether values average out over a few samples as white noise does."""
-    power = float(np.mean(np.concatenate(stretches) ** 2))
-    for few in FEW:
-        averaged = np.concatenate([s[: len(s) // few * few].reshape(-1, few).mean(axis=1) for s in stretches])
-        spread = (2.0 / max(len(averaged), 1)) ** 0.5
-        if few * np.sum(averaged**2) > (WHITE + SURE * spread) * len(averaged) * power:
-            return False
-    return True
+    averaged = (power_of_means(stretches, few) for few in FEW)
+    return all(power <= WHITE + SURE * (2.0 / max(count, 1)) ** 0.5 for power, count in averaged)

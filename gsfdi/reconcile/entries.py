@@ -10,7 +10,7 @@ from gsfdi.model import TermUse
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.hand import around
 from gsfdi.reconcile.judge import Name
-from gsfdi.reconcile.parameters import PINNED, SNUG, TERM_OF, Shift, all_kept, lone_changes, shifts
+from gsfdi.reconcile.parameters import PINNED, SNUG, SOLE, TERM_OF, Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
@@ -35,8 +35,6 @@ APART, UNSEEN_APART = 3.0, 9.0
 """Log-likelihood by which one parameter moved alone must beat another to be told from it; and where neither a speed nor
 a law is known: the right one fell 7 to 9 short of moving all there, where chance takes 2.5.
 """
-SOLE = 12.0
-"""Log-likelihood that moving one parameter alone may fall short of moving all."""
 
 
 def law_entries(case: Case) -> list[dict[str, Any]]:

@@ -187,8 +187,8 @@ def travels(stand: Bench, onset: float | None) -> bool:
     if onset is None:
         return False
     for record in stand.records:
-        k = int(np.searchsorted(record.t, onset))
-        before, after = position_of(record)[max(k - BURST, 0) : k], position_of(record)[k : k + BURST]
+        position, k = position_of(record), int(np.searchsorted(record.t, onset))
+        before, after = position[max(k - BURST, 0) : k], position[k : k + BURST]
         if min(len(before), len(after)) == BURST:
             return bool(min(np.ptp(before), np.ptp(after)) > SLIP * stand.scales.noise)
     return False

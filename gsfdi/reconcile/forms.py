@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import product
 
 import numpy as np
 
@@ -168,31 +168,28 @@ def shared_anew(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm],
     Coulomb friction, beside which the drag was left with a fifth of its own. Neither number leads there alone.
     """
     model, best = hand.fitted.model, hand
-    last, end, found = model.physics[-1], len(model.physics) - 1, {use.term for use in model.physics[given:]}
-    if last.term not in BY_SPEED:
+    end, found = len(model.physics) - 1, {use.term for use in model.physics[given:]}
+    places = [place for place in range(given, end) if model.physics[place].term in BY_SPEED]
+    if not places or model.physics[end].term not in BY_SPEED:
         return hand
-    spare = [shelf_terms[name] for name in BY_SPEED if name in shelf_terms and name not in found]
+    last, spare = model.physics[end], [shelf_terms[n] for n in BY_SPEED if n in shelf_terms and n not in found]
     own = [model.with_use(end, use) for use in (last, *likes(last, shelf_terms[last.term], shelf_terms, hand))]
-    for place, use in enumerate(model.physics[given:-1], given):
+    for place, term in product(places, spare):
+        others = likes(model.physics[place], term, shelf_terms, hand)
+        start = nearest(hand, [one.with_use(place, other) for one in own for other in others])[0]
         rest = [knob for knob in hand.fitted.knobs if knob.place not in (place, end)]
-        for term in spare if use.term in BY_SPEED else ():
-            others = likes(use, term, shelf_terms, hand)
-            start = nearest(hand, [one.with_use(place, other) for one in own for other in others])[0]
-            knobs = (term_knobs(hand.stand, start, at) for at in (place, end))
-            other = settle(hand.stand, start, [*rest, *chain.from_iterable(knobs)], floor)
-            best = other if likelier(other, best) > 0 else best
+        knobs = [*rest, *term_knobs(hand.stand, start, place), *term_knobs(hand.stand, start, end)]
+        other = settle(hand.stand, start, knobs, floor)
+        best = other if likelier(other, best) > 0 else best
     return best
 
 
 def likes(use: TermUse, term: PhysicsTerm, shelf_terms: Mapping[str, PhysicsTerm], hand: Round) -> list[TermUse]:
     """Give `term` in the place of a friction, with its torque, at every speed that is tried for it."""
     torque = use.values[shelf_terms[use.term].params[0].name]
-    size, *shape = term.params
-    speeds = next((param for param in shape if param.kind == "plain" and param.trials is not None), None)
-    if speeds is None or speeds.trials is None:
-        return [replace(use, term=term.name, values={size.name: torque})]
-    tried = speeds.trials(hand.stand.scales)
-    return [replace(use, term=term.name, values={size.name: torque, speeds.name: speed}) for speed in tried]
+    trials = {param.name: param.trials(hand.stand.scales) for param in term.numbers if param.trials is not None}
+    shapes = (dict(zip(trials, point, strict=True)) for point in product(*trials.values()))
+    return [replace(use, term=term.name, values={term.params[0].name: torque, **shape}) for shape in shapes]
 
 
 def other_forms(hand: Round, place: int, term: PhysicsTerm, param: Param) -> tuple[list[JointModel], tuple[Knob, ...]]:

@@ -14,6 +14,21 @@ TRIFLE = 2e-4
 """Share of the drive's torque that no simulator gets right: sampling, holding, and how a contact is written."""
 
 
+def power_of_means(stretches: Sequence[Array], length: int) -> tuple[float, int]:
+    """Power of means over so many samples over that of white noise, and how many means there are.
+
+    Parameters
+    ----------
+    stretches : sequence of Array
+        Values ``(n,)`` of each.
+    length : int
+        Samples of a mean; those beyond the last whole one count for the power of the values only.
+    """
+    means = np.concatenate([s[: len(s) // length * length].reshape(-1, length).mean(axis=1) for s in stretches])
+    white = float(np.mean(np.concatenate(stretches) ** 2)) / length
+    return float(np.mean(means**2)) / max(white, 1e-300) if len(means) else 1.0, len(means)
+
+
 def process_noise(stand: Bench, innovations: Sequence[Array], floor: Array) -> Array:
     """Torque noise [N m], both sides alike, under which `innovations` are most likely, and no less than `floor`.
 

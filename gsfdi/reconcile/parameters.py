@@ -22,8 +22,8 @@ TOLERANCE = 0.055 / DOUBT
 """How far a nominal parameter may be off without that being news, in standard deviations of the belief in it."""
 PINNED = 1e-3
 """Doubt in a number that is held, as a share of the usual."""
-LOST = 12.0
-"""Log-likelihood that the best one moved alone falls short of all from which on each is looked for from afar.
+SOLE = 12.0
+"""Log-likelihood that moving one parameter alone may fall short of moving all; beyond it each is looked for from afar.
 
 Where little noise is expected the valley is narrow: beside a motor's inertia of 0.9 fits stopped 1300 to 6200 short,
 and a stiffness of 1.09 accounted for all.
@@ -106,7 +106,7 @@ def lone_changes(hand: Round, nominal: Mapping[str, float], leeway: float) -> li
         Doubt in the others, as a share of the usual.
     """
     found = [_alone(hand, name, nominal, leeway) for name in nominal]
-    if min(lone.cost for lone in found) > LOST:
+    if min(lone.cost for lone in found) > SOLE:
         afar = [_alone(hand, name, nominal, leeway, afar=True) for name in nominal]
         found = [min(pair, key=attrgetter("cost")) for pair in zip(found, afar, strict=True)]
     return sorted(found, key=attrgetter("cost"))

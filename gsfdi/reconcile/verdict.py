@@ -14,6 +14,7 @@ from gsfdi.reconcile.enough import is_blind
 from gsfdi.reconcile.finalists import has_ended, never_slips
 from gsfdi.reconcile.hand import is_sensor
 from gsfdi.reconcile.judge import torque_left, white_left
+from gsfdi.reconcile.noise import power_of_means
 from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.parameters import TERM_OF
 from gsfdi.reconcile.reconciliation import Outcome
@@ -132,10 +133,8 @@ def sways(case: Case) -> bool:
         return False
     seen = case.hand.fitted.residual[:: len(case.stand.system.rows)]
     seen = seen[seen != 0.0]
-    length = max(len(seen) // SPANS, 1)
-    means = np.mean(seen[: len(seen) // length * length].reshape(-1, length), axis=1)
-    power = length * float(np.sum(means**2)) / max(float(np.mean(seen**2)), 1e-300)
-    return bool(power - len(means) > SWAYS * (2.0 * len(means)) ** 0.5)
+    power, count = power_of_means([seen], max(len(seen) // SPANS, 1))
+    return power > 1.0 + SWAYS * float(np.sqrt(2.0 / max(count, 1)))
 
 
 def is_series(case: Case) -> bool:
