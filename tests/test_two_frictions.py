@@ -11,17 +11,18 @@ from gsfdi.reconcile import Reconciliation, reconcile
 from gsfdi.simulate import simulate_record
 
 OWN = (TermUse("coulomb_friction", {"torque_nm": 2.0}),)
+WET = TermUse("viscous_friction", {"coefficient_nms_rad": 10.0})
 
 
-def swept(*terms: TermUse) -> Reconciliation:
-    """Reconcile a joint that sweeps both ways, at up to 0.5 rad/s."""
+def swept(*terms: TermUse, own: tuple[TermUse, ...] = OWN) -> Reconciliation:
+    """Reconcile a joint that sweeps both ways, at up to 0.5 rad/s, and whose model knows its `own` terms."""
     asked = simulate_record(JOINT, duration=40.0)
     waves = ((0.35, 0.5, 0.0), (0.12, 1.7, 1.0), (0.03, 4.1, 2.0))
     place = sum(a * np.sin(w * asked.t + p) for a, w, p in waves)
     rate = sum(a * w * np.cos(w * asked.t + p) for a, w, p in waves)
     asked = replace(asked, channels={**asked.channels, "setpoint": place, "setpoint_rate": rate}, valid={})
-    record = simulate_record(replace(JOINT, physics=(*OWN, *terms)), replay=asked, seed=1)
-    return reconcile([record], replace(JOINT, physics=OWN))
+    record = simulate_record(replace(JOINT, physics=(*own, *terms)), replay=asked, seed=1)
+    return reconcile([record], replace(JOINT, physics=own))
 
 
 @pytest.mark.parametrize(
@@ -41,14 +42,34 @@ def test_a_stribeck_friction_and_a_drag_are_told_apart(
             assert found[use.term][name]["value"] == pytest.approx(value, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("drag_nm", "yields", "dry_nm", "cogging_nm"), [(1.2, 0.08, 1.0, 0.6), (1.0, 0.15, 1.0, 0.0)]
+)
+def test_what_is_found_beside_the_wrong_friction_is_looked_at_anew_beside_the_right_one(
+    drag_nm: float, yields: float, dry_nm: float, cogging_nm: float
+) -> None:
+    """A drag was a friction of the load at first, beside which the others were fitted; and drags yielded too soon."""
+    drag = TermUse("shear_thinning_friction", {"torque_nm": drag_nm, "velocity_rad_s": yields})
+    dry = TermUse("coulomb_friction", {"torque_nm": dry_nm}, onset=22.0)
+    wave = TermUse("cogging", {"amplitude_nm": cogging_nm, "order": 14.0, "phase_rad": 1.0})
+    told = (drag, dry, wave) if cogging_nm else (drag, dry)
+    answer = swept(*told, own=(WET,))
+    assert answer.verdict == "explained"
+    found = {entry["term"]: entry for entry in answer.omitted_physics}
+    assert set(found) == {use.term for use in told}
+    assert found["coulomb_friction"]["onset_s"] == pytest.approx(22.0, abs=0.02)
+    for use in told:
+        for name, value in use.values.items():
+            assert found[use.term]["parameters"][name]["value"] == pytest.approx(value, rel=0.02)
+
+
 def test_a_friction_that_was_met_one_way_only_is_not_said_to_differ_between_the_directions() -> None:
     """A drag and a Coulomb friction had been half a Coulomb friction and an asymmetry."""
     dry = TermUse("coulomb_friction", {"torque_nm": 0.5})
-    wet = TermUse("viscous_friction", {"coefficient_nms_rad": 10.0})
-    record = simulate_record(replace(JOINT, physics=(dry, wet)), seed=3, duration=30.0)
+    record = simulate_record(replace(JOINT, physics=(dry, WET)), seed=3, duration=30.0)
     assert np.mean(record["joint_velocity"] > 0.005) < 0.01
     answer = reconcile([record], JOINT)
-    assert {entry["term"] for entry in answer.omitted_physics} == {dry.term, wet.term}
+    assert {entry["term"] for entry in answer.omitted_physics} == {dry.term, WET.term}
     assert {("coulomb_friction", "asymmetric_friction"), ("viscous_friction", "asymmetric_friction")} <= set(
         answer.indistinguishable
     )
@@ -58,3 +79,12 @@ def test_a_friction_that_differs_between_the_directions_is_named_where_both_were
     asymmetry = TermUse("asymmetric_friction", {"difference_nm": 1.0, "difference_nms_rad": 3.0})
     (entry,) = swept(asymmetry).omitted_physics
     assert entry["term"] == "asymmetric_friction"
+
+
+def test_a_friction_that_is_the_same_at_any_temperature_is_not_said_to_depend_on_it() -> None:
+    """Where the shelf had no viscous friction, one was a drag that changes by nothing with the temperature."""
+    record = replace(simulate_record(replace(JOINT, physics=(WET,)), seed=1, duration=20.0), valid={})
+    warmer = {**record.channels, "temperature": np.linspace(0.0, 20.0, len(record.t))}
+    answer = reconcile([replace(record, channels=warmer)], JOINT, without=("viscous_friction",))
+    assert answer.verdict in {"unexplained", "partly_explained"}
+    assert "temperature_dependent_friction" not in {entry["term"] for entry in answer.omitted_physics}

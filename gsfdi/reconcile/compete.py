@@ -7,7 +7,7 @@ beats what chance would give the luckiest of as many offers on this very motion.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from gsfdi.reconcile.finalists import (
     only_turns,
     settled_bar,
     settled_onset,
+    stretched_knobs,
 )
 from gsfdi.reconcile.forms import relawed, reordered, reshaped, retuned, shared_anew, swung
 from gsfdi.reconcile.hand import (
@@ -193,18 +194,67 @@ def rounds(
         Terms that may join at most.
     """
     opened = first
-    first, hand, contests = _rounds(first, shelf_terms, given, most, stepped=True)
+    first, hand, contests = _rounds(first, first, (), shelf_terms, given, most, stepped=True)
     if is_of_one_signal(hand, effort_floor(hand.stand)):
-        return _rounds(opened, shelf_terms, given, most, stepped=False)
+        return _rounds(opened, opened, (), shelf_terms, given, most, stepped=False)
     return first, hand, contests
 
 
+def resumed(
+    first: Round,
+    hand: Round,
+    contests: Sequence[Contest],
+    shelf_terms: Mapping[str, PhysicsTerm],
+    given: int,
+    most: int = 5,
+) -> tuple[Round, list[Contest]]:
+    """Go on with the competition beside terms that others have taken the place of since.
+
+    What came after a term that was taken for another was found in the noise of that. A drag was a friction of the load
+    at first: a Coulomb friction had set in 0.8 s too soon beside it, and a cogging was off by a hundredth in its order.
+
+    Parameters
+    ----------
+    first : Round
+        Parameters only.
+    hand : Round
+        The model as its terms are named.
+    contests : sequence of Contest
+        Held so far.
+    shelf_terms : mapping of str to PhysicsTerm
+    given : int
+        Terms of the nominal model.
+    most : int
+        Terms that may join at most.
+
+    Returns
+    -------
+    Round
+        The model in hand, the one that was given where it is no likelier.
+    list of Contest
+        All that were held.
+    """
+    floor = effort_floor(first.stand)
+    anew = settle(hand.stand, hand.fitted.model, hand.fitted.knobs, floor)
+    for place in range(given, len(anew.fitted.model.physics)):
+        anew = settled_onset(anew, place, floor)
+    if likelier(anew, hand) <= 0:
+        return hand, list(contests)
+    won = [contest for contest in contests if contest.winner is not None]
+    return _rounds(first, anew, won, shelf_terms, given, most, stepped=False)[1:]
+
+
 def _rounds(
-    first: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int, most: int, stepped: bool
+    first: Round,
+    hand: Round,
+    held: Sequence[Contest],
+    shelf_terms: Mapping[str, PhysicsTerm],
+    given: int,
+    most: int,
+    stepped: bool,
 ) -> tuple[Round, Round, list[Contest]]:
-    floor, hand = effort_floor(first.stand), first
-    contests: list[Contest] = []
-    left = 1.0
+    floor, contests = effort_floor(first.stand), list(held)
+    left = missing(hand, floor) / max(missing(first, floor), 1e-300) if contests else 1.0
     while True:
         hand = exact(hand)
         first = first if contests else hand
@@ -230,6 +280,7 @@ def _rounds(
         if only_mends_flanks(hand, given, shelf_terms):
             return first, before, contests
         for place, use in list(enumerate(hand.fitted.model.physics))[given:-1]:  # beside what has come since
+            hand = settled_onset(hand, place, floor)
             hand = relawed(hand, place, shelf_terms[use.term], floor)
             hand = retuned(hand, place, shelf_terms[use.term], floor)
         left = missing(hand, floor) / max(missing(first, floor), 1e-300)
@@ -340,6 +391,7 @@ def contend(
             behind.add((entry.offer.term, entry.offer.side))
             continue
         settled, owed = shaped(rival, hand, entry, shelf_terms[entry.offer.term], floor)
+        settled = settled and unstretched(settled, hand, floor)
         settled = settled and shared_anew(settled, given, shelf_terms, floor)
         if settled is None or is_another(settled, shelf_terms):
             continue
@@ -420,11 +472,10 @@ def shaped(settled: Round, hand: Round, entry: Entry, term: PhysicsTerm, floor: 
 
     Of what another law or a detail of it gains it owes a part while something else is missing, which that may suit.
     """
-    if entry.onset is not None:
-        settled = settled_onset(settled, floor)
+    last = len(hand.fitted.model.physics)
+    settled = settled_onset(settled, last, floor)
     if likelier(settled, hand) <= 0:
         return None, 0.0
-    last = len(hand.fitted.model.physics)
     plain = reordered(retuned(swung(settled, last, term, floor), last, term, floor), last, term, floor)
     other = relawed(plain, last, term, floor)
     found = reshaped(other, term, floor)
@@ -432,6 +483,23 @@ def shaped(settled: Round, hand: Round, entry: Entry, term: PhysicsTerm, floor: 
     if strays(hand.stand, hand.fitted.model, found.fitted.model, most=most):
         return None, 0.0
     return found, 0.0 if leaves_nothing(other, floor) else OWED * likelier(other, plain)
+
+
+def unstretched(settled: Round, hand: Round, floor: Array) -> Round:
+    """Fit what was settled once more, details of earlier terms that it stretches as far as may be held as they were.
+
+    A drag was a friction at a place as yet; beside a cogging it turned round as smoothly as a friction may.
+    """
+    stretched = {(k.place, k.name) for k in stretched_knobs(settled.fitted) if k.place < len(hand.fitted.model.physics)}
+    if not stretched:
+        return settled
+    knobs = [knob for knob in settled.fitted.knobs if (knob.place, knob.name) not in stretched]
+    model = settled.fitted.model
+    for place, name in stretched:
+        use = model.physics[place]
+        before = hand.fitted.model.physics[place].values[name]
+        model = model.with_use(place, replace(use, values={**use.values, name: before}))
+    return settle(settled.stand, model, knobs, floor)
 
 
 def is_another(settled: Round, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:

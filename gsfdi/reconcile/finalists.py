@@ -57,15 +57,17 @@ LINEAR = {
 }
 """What makes another linear joint, or nearly one: noise that goes round a loop looks like it."""
 ENDS = {
-    ("gearbox_hysteresis", "width_rad"): "high",
-    ("presliding_friction", "stiffness_nm_rad"): "low",
-    ("shear_thinning_friction", "velocity_rad_s"): "low",
-    ("stribeck_friction", "velocity_rad_s"): "high",
-    ("structural_mode", "damping_ratio"): "high",
-    ("structural_mode", "frequency_hz"): "high",
+    ("gearbox_hysteresis", "width_rad"): ("high",),
+    ("position_dependent_friction", "width_rad"): ("low", "high"),
+    ("presliding_friction", "stiffness_nm_rad"): ("low",),
+    ("shear_thinning_friction", "velocity_rad_s"): ("low",),
+    ("stribeck_friction", "velocity_rad_s"): ("high",),
+    ("structural_mode", "damping_ratio"): ("high",),
+    ("structural_mode", "frequency_hz"): ("high",),
 }
-"""Ends of a number at which a term has another name: a bristle that never slips, drag that is there at once, an excess
-that never fades, a mode that does not ring, or faster than the log could show."""
+"""Ends of a number at which a term has another name: a bristle that never slips, a spot that is as wide as the way or
+passed in a moment, drag that is there at once, an excess that never fades, a mode that does not ring, or faster than
+the log could show."""
 TURNED = 5.0
 """Times the speed of a smooth friction within which its laws differ."""
 TURNED_BY = 0.1
@@ -210,8 +212,7 @@ def has_ended(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm], place: int
     def ends(knob: Knob) -> list[float]:
         if knob.name == size.name:
             return [end for end in (knob.low, knob.high) if end != size.neutral]
-        end = ENDS.get((term, knob.name))
-        return [getattr(knob, end)] if end else []
+        return [getattr(knob, end) for end in ENDS.get((term, knob.name), ())]
 
     return any(
         knob.place == place and any(knob.is_at(end, value) for end in ends(knob))
@@ -246,13 +247,19 @@ def only_turns(model: JointModel, at_once: float = 0.0) -> bool:
 
 def is_stretched(fitted: Fitted) -> bool:
     """Whether a detail has gone as far as is plausible."""
+    return bool(stretched_knobs(fitted))
+
+
+def stretched_knobs(fitted: Fitted) -> list[Knob]:
+    """Details that have gone as far as is plausible."""
     terms = shelf("gsfdi.terms", PhysicsTerm)
-    return any(
-        knob.place >= 0
+    return [
+        knob
+        for knob, value in zip(fitted.knobs, fitted.values, strict=True)
+        if knob.place >= 0
         and terms[fitted.model.physics[knob.place].term].param(knob.name).kind == "detail"
         and knob.is_at(knob.high, value)
-        for knob, value in zip(fitted.knobs, fitted.values, strict=True)
-    )
+    ]
 
 
 def size_of(hand: Round, fitted: Fitted) -> float:
@@ -270,19 +277,21 @@ def cost_of(entry: Entry) -> float:
     return KNOB_COST * (len(entry.offer.columns[0]) + (2 if entry.onset is not None else 0))
 
 
-def settled_onset(hand: Round, floor: Array) -> Round:
-    """Move the onset of the last term under the noise that now suits it, a wrong one being noise itself.
+def settled_onset(hand: Round, place: int, floor: Array) -> Round:
+    """Move the onset of the term at `place` under the noise that now suits it, a wrong one being noise itself.
 
     One near the beginning is dropped where that is likelier: what is wrong before it is much where else all is right.
     """
-    last, use = len(hand.fitted.model.physics) - 1, hand.fitted.model.physics[-1]
-    if use.onset is not None and use.onset < EARLIEST * hand.stand.scales.seconds:
-        model = hand.fitted.model.with_use(last, replace(use, onset=None))
+    use = hand.fitted.model.physics[place]
+    if use.onset is None:
+        return hand
+    if use.onset < EARLIEST * hand.stand.scales.seconds:
+        model = hand.fitted.model.with_use(place, replace(use, onset=None))
         always = settle(hand.stand, model, hand.fitted.knobs, floor)
         if likelier(always, hand) > 0:
             return always
-    begun = begun_where_loud(hand, last)
-    fitted = refined_onset(hand, begun, last, hand.stand.scales.seconds / ONSETS, rounds=4)
+    begun = begun_where_loud(hand, place)
+    fitted = refined_onset(hand, begun, place, hand.stand.scales.seconds / ONSETS, rounds=4)
     if fitted.cost > hand.fitted.cost - KNOB_COST:
         return hand
     return settle(hand.stand, fitted.model, fitted.knobs, floor)

@@ -165,22 +165,27 @@ def shared_anew(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm],
 
     The first of two that are missing is fitted to the sum of both. The drag of a grease was a Coulomb friction that
     turns round over a tenth of its speeds while a Stribeck friction was missing, too; and a Stribeck friction was a
-    Coulomb friction, beside which the drag was left with a fifth of its own. Neither number leads there alone.
+    Coulomb friction, beside which the drag was left with a fifth of its own. Neither number leads there alone. Where
+    only one of the two was there from the start, each may have the name of the other.
     """
     model, best = hand.fitted.model, hand
     end, found = len(model.physics) - 1, {use.term for use in model.physics[given:]}
     places = [place for place in range(given, end) if model.physics[place].term in BY_SPEED]
     if not places or model.physics[end].term not in BY_SPEED:
         return hand
-    last, spare = model.physics[end], [shelf_terms[n] for n in BY_SPEED if n in shelf_terms and n not in found]
-    own = [model.with_use(end, use) for use in (last, *likes(last, shelf_terms[last.term], shelf_terms, hand))]
-    for place, term in product(places, spare):
-        others = likes(model.physics[place], term, shelf_terms, hand)
-        start = nearest(hand, [one.with_use(place, other) for one in own for other in others])[0]
-        rest = [knob for knob in hand.fitted.knobs if knob.place not in (place, end)]
-        knobs = [*rest, *term_knobs(hand.stand, start, place), *term_knobs(hand.stand, start, end)]
-        other = settle(hand.stand, start, knobs, floor)
-        best = other if likelier(other, best) > 0 else best
+    last, spare = model.physics[end], [n for n in BY_SPEED if n in shelf_terms and n not in found]
+    for place in places:
+        use = model.physics[place]
+        pairs = [(name, last.term) for name in spare] + [(last.term, use.term)] * (use.onset != last.onset)
+        for name, beside in pairs:
+            own = [last] * (beside == last.term) + likes(last, shelf_terms[beside], shelf_terms, hand)
+            others = likes(use, shelf_terms[name], shelf_terms, hand)
+            starts = [model.with_use(end, one).with_use(place, other) for one in own for other in others]
+            start = nearest(hand, starts)[0]
+            rest = [knob for knob in hand.fitted.knobs if knob.place not in (place, end)]
+            knobs = [*rest, *term_knobs(hand.stand, start, place), *term_knobs(hand.stand, start, end)]
+            other = settle(hand.stand, start, knobs, floor)
+            best = other if likelier(other, best) > 0 else best
     return best
 
 

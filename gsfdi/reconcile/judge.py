@@ -23,7 +23,7 @@ from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.reconcile.simpler import fewer, there_all_along, without
 from gsfdi.reconcile.ticks import CLOCKS, READ, unshifted
 from gsfdi.reconcile.trifles import TRIVIAL, pruned
-from gsfdi.reconcile.turning import nearing, spread_of
+from gsfdi.reconcile.turning import fit_knobs, nearing, spread_of
 from gsfdi.registry import shelf
 from gsfdi.types import Array
 
@@ -185,6 +185,8 @@ def names(
     moved = TRIVIAL * sum(f.gain for f in shown if f.term == LATE)
     for i, (name, bare) in enumerate(zip(found, bares, strict=True)):
         least = needless(hand, given + i, name, shelf_terms[name.use.term], beside)
+        if is_steady(hand, given + i, shelf_terms[name.use.term]):
+            least = np.inf
         if bare.cost - hand.fitted.cost < max(least, moved if is_sensor(name.use.term) else 0.0):
             return names(around(hand, bare), given, contests, shelf_terms, shown, thorough)
     return hand, found
@@ -238,6 +240,17 @@ def needless(hand: Round, place: int, name: Name, term: PhysicsTerm, beside: boo
         if knob.place == place and knob.name == term.params[0].name
     ]
     return max(least, *(WITHIN * times for times in sizes)) if beside and sizes else least
+
+
+def is_steady(hand: Round, place: int, term: PhysicsTerm) -> bool:
+    """Whether a term does as well without what it hangs on: a drag that is the same at any temperature is viscous."""
+    fitted, arm = hand.fitted, next((p for p in term.params if p.kind == "arm" and p.neutral is not None), None)
+    if arm is None or arm.neutral is None:
+        return False
+    use = fitted.model.physics[place]
+    steady = fitted.model.with_use(place, replace(use, values={**use.values, arm.name: arm.neutral}))
+    knobs = [knob for knob in fitted.knobs if (knob.place, knob.name) != (place, arm.name)]
+    return fit_knobs(hand.misfit, steady, knobs, 3).cost - fitted.cost < WITHIN
 
 
 def is_nothing(name: Name, term: PhysicsTerm) -> bool:

@@ -12,7 +12,7 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.calibrate import by_chance
 from gsfdi.reconcile.case import Case
-from gsfdi.reconcile.compete import DETAIL, MAIN, Contest, compete, undecided
+from gsfdi.reconcile.compete import DETAIL, MAIN, Contest, compete, resumed, undecided
 from gsfdi.reconcile.contract import Settled
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
 from gsfdi.reconcile.entries import (
@@ -27,9 +27,10 @@ from gsfdi.reconcile.entries import (
 from gsfdi.reconcile.evidence import evidence_of
 from gsfdi.reconcile.finalists import merit
 from gsfdi.reconcile.gains import settle_law
-from gsfdi.reconcile.hand import Round
+from gsfdi.reconcile.hand import Round, leaves_nothing
 from gsfdi.reconcile.held import told_by_effort
 from gsfdi.reconcile.judge import names
+from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import all_offers
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.say import bent, rewritten, summary, timed
@@ -75,8 +76,17 @@ def reconcile(records: Sequence[JointRecord], model: JointModel, *, without: Seq
     given, left = len(settled.model.physics), left_of(case)
     told = () if is_hopeless(case, left) else contests  # of what is no name nobody asks what else it may be
     thorough = left <= DETAIL or len(hand.fitted.model.physics) < given + MAIN
-    hand, found = names(hand, given, told, terms, settled.findings, thorough)
-    return _told(replace(case, hand=hand, found=found))
+    named, found = names(hand, given, told, terms, settled.findings, thorough)
+    if told and is_renamed(hand, named, given):
+        hand, contests = resumed(first, named, contests, terms, given)
+        named, found = names(hand, given, contests, terms, settled.findings, thorough)
+    return _told(replace(case, hand=named, contests=contests, found=found))
+
+
+def is_renamed(hand: Round, named: Round, given: int) -> bool:
+    """Whether a term has come into the place of another since, and something is left yet."""
+    before, after = ({use.term for use in one.fitted.model.physics[given:]} for one in (hand, named))
+    return not after <= before and not leaves_nothing(named, effort_floor(named.stand))
 
 
 def is_noise(first: Round, contest: Contest, settled: Settled, terms: Mapping[str, PhysicsTerm]) -> bool:

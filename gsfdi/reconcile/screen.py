@@ -258,6 +258,10 @@ def best_entry(
     diagonal *= 1 + 1e-9
     c = np.linalg.solve(info[shown], -score[shown][..., None])[..., 0]
     gains = -0.5 * np.sum(score[shown] * c, axis=1)
+    if c.shape[1] == 2 and onsets == [None] and offer.mix(c[0]) is None:  # the knobs may take over what parts the two
+        single = -score[shown] / diagonal[shown]
+        c = np.concatenate([np.diag(one) for one in single])
+        gains, shown = (-0.5 * score[shown] * single).ravel(), np.repeat(shown, 2)
     for k in np.argsort(-gains, kind="stable"):
         onset, values = onsets[shown[k]], offer.mix(c[k])
         if values is not None and (onset is None or not is_less(offer, values)):  # no file holds less from a time on
@@ -362,7 +366,8 @@ def refined_onset(
         Each looks a fourth as wide about the best of the last.
     """
     known = hand.fitted.jacobian if known is None else known
-    knob = Knob(place, "onset", 1.0, 0.5 * EARLIEST * hand.stand.scales.seconds, 0.99 * hand.stand.scales.seconds)
+    seconds = hand.stand.scales.seconds
+    knob = Knob(place, "onset", 1.0, 0.5 * EARLIEST * seconds, (1.0 - EARLIEST) * seconds)
     for _ in range(rounds):
         start = knob.read(fitted.model)
         models = [knob.turn(fitted.model, start + step * width) for step in np.linspace(-1, 1, 9)]

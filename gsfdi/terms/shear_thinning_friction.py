@@ -39,7 +39,7 @@ TERM = PhysicsTerm(
             typical=0.005,
             trials=lambda s: [share * s.speed for share in (0.03, 0.08, 0.2)],
             # Below all speeds it would be Coulomb friction by another name, beyond them viscous friction.
-            plausible=lambda s, speed: (0.025 * s.speed, 0.3 * s.speed),
+            plausible=lambda s, speed: (0.025 * s.speed, 0.6 * s.speed),
         ),
     ),
     source="S. Bair and W. O. Winer, J. Lubr. Technol. 101 (1979) 258: τ = τ_L (1 - exp(-η γ̇ / τ_L)) in steady shear",

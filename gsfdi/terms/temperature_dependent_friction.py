@@ -39,6 +39,7 @@ TERM = PhysicsTerm(
             low=-0.2,
             high=0.2,
             typical=0.02,
+            neutral=0.0,
             kind="arm",
             trials=lambda s: (-0.03, 0.01) if s.warms else (),
             step=lambda s: 0.02,
