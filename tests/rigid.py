@@ -1,6 +1,12 @@
 """A plain rigid joint for the tests of reconcile, of which every number is known."""
 
-from gsfdi.model import Controller, JointModel, Plant, Sensors
+from dataclasses import replace
+
+import numpy as np
+
+from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
+from gsfdi.reconcile import Reconciliation, reconcile
+from gsfdi.simulate import simulate_record
 
 JOINT = JointModel(
     name="J",
@@ -10,3 +16,15 @@ JOINT = JointModel(
     sensors=Sensors(position_noise=1e-5, motor_velocity_noise=1e-3, effort_noise=0.01),
     effort="drive_torque",
 )
+OWN = (TermUse("coulomb_friction", {"torque_nm": 2.0}),)
+
+
+def swept(*terms: TermUse, own: tuple[TermUse, ...] = OWN) -> Reconciliation:
+    """Reconcile a joint that sweeps both ways, at up to 0.5 rad/s, and whose model knows its `own` terms."""
+    asked = simulate_record(JOINT, duration=40.0)
+    waves = ((0.35, 0.5, 0.0), (0.12, 1.7, 1.0), (0.03, 4.1, 2.0))
+    place = sum(a * np.sin(w * asked.t + p) for a, w, p in waves)
+    rate = sum(a * w * np.cos(w * asked.t + p) for a, w, p in waves)
+    asked = replace(asked, channels={**asked.channels, "setpoint": place, "setpoint_rate": rate}, valid={})
+    record = simulate_record(replace(JOINT, physics=(*own, *terms)), replay=asked, seed=1)
+    return reconcile([record], replace(JOINT, physics=own))

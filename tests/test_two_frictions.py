@@ -4,25 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigid import JOINT
+from rigid import JOINT, swept
 
 from gsfdi.model import TermUse
-from gsfdi.reconcile import Reconciliation, reconcile
+from gsfdi.reconcile import reconcile
 from gsfdi.simulate import simulate_record
 
-OWN = (TermUse("coulomb_friction", {"torque_nm": 2.0}),)
 WET = TermUse("viscous_friction", {"coefficient_nms_rad": 10.0})
-
-
-def swept(*terms: TermUse, own: tuple[TermUse, ...] = OWN) -> Reconciliation:
-    """Reconcile a joint that sweeps both ways, at up to 0.5 rad/s, and whose model knows its `own` terms."""
-    asked = simulate_record(JOINT, duration=40.0)
-    waves = ((0.35, 0.5, 0.0), (0.12, 1.7, 1.0), (0.03, 4.1, 2.0))
-    place = sum(a * np.sin(w * asked.t + p) for a, w, p in waves)
-    rate = sum(a * w * np.cos(w * asked.t + p) for a, w, p in waves)
-    asked = replace(asked, channels={**asked.channels, "setpoint": place, "setpoint_rate": rate}, valid={})
-    record = simulate_record(replace(JOINT, physics=(*own, *terms)), replay=asked, seed=1)
-    return reconcile([record], replace(JOINT, physics=own))
 
 
 @pytest.mark.parametrize(
@@ -42,9 +30,7 @@ def test_a_stribeck_friction_and_a_drag_are_told_apart(
             assert found[use.term][name]["value"] == pytest.approx(value, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("drag_nm", "yields", "dry_nm", "cogging_nm"), [(1.2, 0.08, 1.0, 0.6), (1.0, 0.15, 1.0, 0.0)]
-)
+@pytest.mark.parametrize(("drag_nm", "yields", "dry_nm", "cogging_nm"), [(1.2, 0.08, 1.0, 0.6), (1.0, 0.15, 1.0, 0.0)])
 def test_what_is_found_beside_the_wrong_friction_is_looked_at_anew_beside_the_right_one(
     drag_nm: float, yields: float, dry_nm: float, cogging_nm: float
 ) -> None:

@@ -59,6 +59,7 @@ from gsfdi.reconcile.knobs import plant_knobs, start_knobs
 from gsfdi.reconcile.lagging import beside_positions
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import MATERIAL, all_offers, possible
+from gsfdi.reconcile.pairs import paired_anew
 from gsfdi.reconcile.screen import LEAST, Entry, Screening, refits, screen
 from gsfdi.reconcile.simpler import simplified
 from gsfdi.reconcile.smallest import Smallest, smallest
@@ -393,6 +394,7 @@ def contend(
         settled, owed = shaped(rival, hand, entry, shelf_terms[entry.offer.term], floor)
         settled = settled and unstretched(settled, hand, floor)
         settled = settled and shared_anew(settled, given, shelf_terms, floor)
+        settled = settled and paired_anew(settled, given, shelf_terms, floor)
         if settled is None or is_another(settled, shelf_terms):
             continue
         gain, least = likelier(settled, hand) - cost_of(entry) - owed, settled_bar(settled, entry, trials)

@@ -1,0 +1,37 @@
+"""Two loads that depend on the place: while only one of them is there, it is fitted to the sum of both."""
+
+import pytest
+from rigid import swept
+
+from gsfdi.model import TermUse
+
+WET = TermUse("viscous_friction", {"coefficient_nms_rad": 10.0})
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        (
+            TermUse("gravity_unbalance", {"torque_nm": 1.39, "angle_rad": 1.81}),
+            TermUse("cable_harness", {"stiffness_nm_rad": 2.72, "rest_rad": 0.091}),
+        ),
+        (
+            TermUse("gravity_unbalance", {"torque_nm": 0.6, "angle_rad": 0.96}),
+            TermUse("constant_load", {"torque_nm": 0.38}),
+        ),
+        (
+            TermUse("cogging", {"amplitude_nm": 0.46, "order": 6.0, "phase_rad": -2.23}),
+            TermUse("cable_harness", {"stiffness_nm_rad": 2.88, "rest_rad": -0.014}),
+            TermUse("viscous_friction", {"coefficient_nms_rad": 3.19}, onset=21.48),
+        ),
+    ],
+)
+def test_two_loads_are_not_taken_for_two_others(told: tuple[TermUse, ...]) -> None:
+    """They were a larger weight and a wave of order 2, a harness and such a wave, and a weight and two waves."""
+    answer = swept(*told, own=(WET,))
+    assert answer.verdict == "explained"
+    found = {entry["term"]: entry["parameters"] for entry in answer.omitted_physics}
+    assert set(found) == {use.term for use in told}
+    for use in told:
+        for name, value in use.values.items():
+            assert found[use.term][name]["value"] == pytest.approx(value, rel=0.03, abs=0.003)
