@@ -78,6 +78,16 @@ def test_how_many_efforts_a_log_lacks_is_told_without_the_law(rate: float, ticks
         assert left[0] < 0.3 * left[1]
 
 
+@pytest.mark.parametrize("rate", [100.0, 500.0])
+def test_a_speed_that_lags_is_not_taken_for_efforts_that_run_on(rate: float) -> None:
+    """Held ones of a rough joint had been taken to run on, and the joint to lack a delay of 3.3 ms besides."""
+    lag, ticks = TermUse("velocity_lag", {"lag_s": 0.00268}), round(rate / 100)
+    rubbing = TermUse("coulomb_friction", {"torque_nm": 2.0}, side="motor")
+    nobody = replace(looped(rate), physics=(rubbing,), controller=None)
+    record = thinned(simulate_record(replace(looped(rate), physics=(rubbing, lag)), duration=60.0, seed=26), ticks)
+    assert (unheld(bench([record], nobody), nobody) is None) is (ticks == 1)
+
+
 def test_without_a_law_a_sound_joint_of_a_faster_loop_lacks_nothing() -> None:
     model = looped()
     record = thinned(simulate_record(model, duration=40.0, seed=9), 5)
