@@ -70,14 +70,14 @@ def running_on(record: JointRecord, ticks: int) -> JointRecord:
 def _surprise(stand: Bench, records: Sequence[JointRecord], model: JointModel) -> float:
     """Negative log-likelihood of records, the plant, the plainest frictions and a lag of the speed fitted to them."""
     size = 0.02 * stand.scales.torque
-    rubbing = (
+    plainest = [
         TermUse("coulomb_friction", {"torque_nm": size}),
         TermUse("viscous_friction", {"coefficient_nms_rad": size / stand.scales.speed}),
-    )
+    ]
     if stand.sees_speed:
-        rubbing += (TermUse("velocity_lag", {"lag_s": LAGS * stand.scales.period}),)
+        plainest.append(TermUse("velocity_lag", {"lag_s": LAGS * stand.scales.period}))
     own = replace(bench(records, model), count=stand.count)
-    full = replace(started(model, len(own.records)), physics=(*model.physics, *rubbing))
+    full = replace(started(model, len(own.records)), physics=(*model.physics, *plainest))
     knobs = [*plant_knobs(model, records[0].effort), *start_knobs(own)]
     knobs += [knob for place in range(len(model.physics), len(full.physics)) for knob in term_knobs(own, full, place)]
     turn = coarse(own, full, knobs, effort_floor(own))
