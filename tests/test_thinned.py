@@ -79,12 +79,18 @@ def test_how_many_efforts_a_log_lacks_is_told_without_the_law(rate: float, ticks
 
 
 @pytest.mark.parametrize("rate", [100.0, 500.0])
-def test_a_speed_that_lags_is_not_taken_for_efforts_that_run_on(rate: float) -> None:
-    """Held ones of a rough joint had been taken to run on, and the joint to lack a delay of 3.3 ms besides."""
-    lag, ticks = TermUse("velocity_lag", {"lag_s": 0.00268}), round(rate / 100)
-    rubbing = TermUse("coulomb_friction", {"torque_nm": 2.0}, side="motor")
+@pytest.mark.parametrize(
+    "missing",
+    [
+        TermUse("velocity_lag", {"lag_s": 0.00268}),
+        TermUse("quadratic_friction", {"coefficient_nms2_rad2": 1150.0}, side="motor"),
+    ],
+)
+def test_what_is_missing_is_not_taken_for_efforts_that_run_on(missing: TermUse, rate: float) -> None:
+    """Held ones of a joint whose speed lags had been taken to run on, and a delay of 3.3 ms was told besides."""
+    ticks, rubbing = round(rate / 100), TermUse("coulomb_friction", {"torque_nm": 2.0}, side="motor")
     nobody = replace(looped(rate), physics=(rubbing,), controller=None)
-    record = thinned(simulate_record(replace(looped(rate), physics=(rubbing, lag)), duration=60.0, seed=26), ticks)
+    record = thinned(simulate_record(replace(looped(rate), physics=(rubbing, missing)), duration=60.0, seed=26), ticks)
     assert (unheld(bench([record], nobody), nobody) is None) is (ticks == 1)
 
 
