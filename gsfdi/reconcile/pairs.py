@@ -5,7 +5,7 @@ order 2. Each by itself is where it fits best; only both at once lead to the oth
 place hardly changes, so that regression tells what each two would leave.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise
 
@@ -46,7 +46,7 @@ def paired_anew(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm],
         return hand
     for place in range(given, end):
         if physics[place].term in BY_PLACE:
-            for uses in likeliest_pairs(hand, place, end, shelf_terms):
+            for uses in likeliest_pairs(hand, (place, end), shelf_terms):
                 other = in_place(hand, (place, end), uses, floor)
                 best = other if likelier(other, best) > 0 else best
     return best
@@ -58,26 +58,17 @@ def in_place(hand: Round, places: tuple[int, int], uses: tuple[TermUse, TermUse]
     for place, use in zip(places, uses, strict=True):
         model = model.with_use(place, use)
     knobs = [knob for knob in hand.fitted.knobs if knob.place not in places]
-    return settle(
-        hand.stand, model, [*knobs, *(k for place in places for k in term_knobs(hand.stand, model, place))], floor
-    )
+    knobs += [knob for place in places for knob in term_knobs(hand.stand, model, place)]
+    return settle(hand.stand, model, knobs, floor)
 
 
 def likeliest_pairs(
-    hand: Round, place: int, end: int, shelf_terms: Mapping[str, PhysicsTerm]
+    hand: Round, places: tuple[int, int], shelf_terms: Mapping[str, PhysicsTerm]
 ) -> Iterator[tuple[TermUse, TermUse]]:
     """Give the pairs that leave least in the places of two terms, none of these two themselves."""
-    hand = exact(hand)
-    fitted, had = hand.fitted, (hand.fitted.model.physics[place], hand.fitted.model.physics[end])
-    model, knobs, keep = without_terms(fitted, (place, end))
-    free = [i for i, k in enumerate(knobs) if k.place < 0 or model.physics[k.place].term not in BY_PLACE]
+    had = [hand.fitted.model.physics[place] for place in places]
     tried = list(loads(hand, had, shelf_terms))
-    uses = [offer.use(values) for offer in tried for values in offer.columns]
-    left, *moved = hand.misfit([model, *(with_term(model, use) for use in uses)])
-    kept = [keep[i] for i in free]  # a load of the model would take over where the harness rests
-    rest = replace(fitted, model=model, knobs=tuple(knobs[i] for i in free), values=fitted.values[kept], residual=left)
-    bare = replace(hand, fitted=replace(rest, jacobian=fitted.jacobian[:, kept]))
-    signatures, _ = project(bare, np.array(moved) - left)
+    left, signatures = signatures_of(exact(hand), places, tried)
     edges = np.cumsum([0, *(len(offer.columns) for offer in tried)])
     rows = [np.arange(*ends) for ends in pairwise(edges)]
     found: list[tuple[float, tuple[TermUse, TermUse]]] = []
@@ -86,20 +77,36 @@ def likeliest_pairs(
         if one.term == other.term or {one.term, other.term} == {use.term for use in had}:
             continue
         both = signatures[[*rows[i], *rows[j]]]
-        c = np.linalg.lstsq(both.T, -left, rcond=None)[0]
+        c: Array = np.asarray(np.linalg.lstsq(both.T, -left, rcond=None)[0], dtype=np.float64)
         first, second = one.mix(c[: len(rows[i])]), other.mix(c[len(rows[i]) :])
         if first is not None and second is not None:
-            gain = float(c @ both @ (2 * left + c @ both))
+            gain = -0.5 * float(c @ both @ (2 * left + c @ both))
             found.append((gain, (one.use(first), other.use(second))))
-    yield from (pair for _, pair in sorted(found, key=lambda one: one[0])[:SETTLED])
+    yield from (pair for _, pair in sorted(found, key=lambda one: -one[0])[:SETTLED])
 
 
-def loads(hand: Round, had: tuple[TermUse, TermUse], shelf_terms: Mapping[str, PhysicsTerm]) -> Iterator[Offer]:
+def signatures_of(hand: Round, places: tuple[int, int], tried: Sequence[Offer]) -> tuple[Array, Array]:
+    """Innovations without the terms at two places, and what each column of the offers adds, less what knobs take over.
+
+    Loads of the model stay as they are: they would take over where a harness rests.
+    """
+    fitted = hand.fitted
+    model, knobs, keep = without_terms(fitted, places)
+    free = [i for i, k in enumerate(knobs) if k.place < 0 or model.physics[k.place].term not in BY_PLACE]
+    uses = [offer.use(values) for offer in tried for values in offer.columns]
+    left, *moved = hand.misfit([model, *(with_term(model, use) for use in uses)])
+    kept = [keep[i] for i in free]
+    rest = replace(fitted, model=model, knobs=tuple(knobs[i] for i in free), values=fitted.values[kept], residual=left)
+    bare = replace(hand, fitted=replace(rest, jacobian=fitted.jacobian[:, kept]))
+    return left, project(bare, np.array(moved) - left)[0]
+
+
+def loads(hand: Round, had: Sequence[TermUse], shelf_terms: Mapping[str, PhysicsTerm]) -> Iterator[Offer]:
     """Offer every load by the place, as waves those near the ones that were had; one of a turn would be a weight."""
+    model, shares = hand.stand.model, share_to_try(hand)
     near = {round(use.values["order"]) + step for use in had if "order" in use.values for step in BESIDE}
-    orders = sorted(order for order in near if order * hand.stand.model.plant.gear_ratio > 1.0)
-    for name in BY_PLACE:
-        if name in shelf_terms and hand.stand.model.axis in shelf_terms[name].axes:
-            for offer in offers(shelf_terms[name], hand.stand.scales, {name: orders}, share_to_try(hand)):
-                if hand.stand.model.structure == "flexible" or offer.side in (None, "output"):
-                    yield replace(offer, side=None) if hand.stand.model.structure == "rigid" else offer
+    orders = sorted(order for order in near if order * model.plant.gear_ratio > 1.0)
+    for term in (shelf_terms[name] for name in BY_PLACE if name in shelf_terms):
+        if model.axis in term.axes:
+            for offer in offers(term, hand.stand.scales, {term.name: orders}, shares):
+                yield replace(offer, side=None) if model.structure == "rigid" else offer
