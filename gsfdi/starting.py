@@ -1,6 +1,7 @@
 """Where a replay starts: the state of the joint and of its controller at the first sample of a recording."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +43,7 @@ class Start(NamedTuple):
     """How a recording begins: joint angle and speed, motor speed (reflected), joint acceleration, integral part.
 
     `shown` says whether the angle is what a sensor showed rather than where the joint is; `felt` is the speed that was
-    measured, on average, and `per_speed` what the first four gain per unit by which it is higher.
+    measured, on average, and `per_speed` what the first four gain per unit by which it is higher. `time` [s] is when.
     """
 
     angle: float
@@ -53,6 +54,7 @@ class Start(NamedTuple):
     shown: bool = False
     felt: float = 0.0
     per_speed: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    time: float = 0.0
 
 
 def start_of(signals: Signals, model: JointModel) -> Start:
@@ -69,7 +71,7 @@ def start_of(signals: Signals, model: JointModel) -> Start:
     good = np.isfinite(measured)
     integral = integral_of(first, model)
     if good[:count].sum() < 3 or first.t[-1] <= first.t[0]:
-        return Start(*begun(np.array([angle, speed, 0.0, 0.0]), model), integral)
+        return Start(*begun(np.array([angle, speed, 0.0, 0.0]), model), integral, time=float(first.t[0]))
     columns, forced = responses(first, model)
     sensors = model.sensors
     noise = (sensors.position_noise, sensors.motor_velocity_noise)
@@ -79,7 +81,7 @@ def start_of(signals: Signals, model: JointModel) -> Start:
     scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     found = np.linalg.lstsq(columns / scale, wanted, rcond=1e-10)[0] / scale[:, None]
     felt = float(np.mean(measured[count:][good[count:]])) if good[count:].any() else 0.0
-    return Start(*begun(found[:, 0], model), integral, True, felt, begun(found[:, 1], model))
+    return Start(*begun(found[:, 0], model), integral, True, felt, begun(found[:, 1], model), float(first.t[0]))
 
 
 def begun(found: Array, model: JointModel) -> tuple[float, float, float, float]:
@@ -146,8 +148,10 @@ def integral_of(first: Signals, model: JointModel) -> float:
 def initial_state(model: JointModel, start: Start) -> Array:
     """State (5,) of `model` that begins as `start` says, its spring wound against what resists the output.
 
-    A joint that a biased sensor would have begin in motion would ring on against its own gearbox; stuck, for long.
+    A joint that a biased sensor would have begin in motion would ring on against its own gearbox; stuck, for long. What
+    has set in by then counts: after a gap a joint began 2.1 mrad off, by the bias that its sensor had got before.
     """
+    model = in_force(model, start.time)
     if start.shown:
         start = start._replace(angle=true_value(model, "position_sensor", start.angle))
     if any(start.per_speed):
@@ -162,10 +166,18 @@ def initial_state(model: JointModel, start: Start) -> Array:
     return np.array([start.angle - windup, start.motor_speed, windup, start.speed - start.motor_speed, start.integral])
 
 
+def in_force(model: JointModel, time: float) -> JointModel:
+    """Give the model with the terms that are there at `time` [s], as if they always had been."""
+    if all(use.onset is None for use in model.physics):
+        return model
+    physics = (replace(use, onset=None) for use in model.physics if use.onset is None or use.onset <= time)
+    return replace(model, physics=tuple(physics))
+
+
 def true_value(model: JointModel, place: Place, shown: float) -> float:
     """Angle or speed at which the sensor of `model` shows `shown`, by steps that each mend what still differs."""
     m, s = np.zeros(QUANTITIES), np.zeros(STATES)
-    errors = [(term_of(use), values_of(use)) for use in model.physics if not use.onset]
+    errors = [(term_of(use), values_of(use)) for use in model.physics]
     errors = [(term, values) for term, values in errors if term.place == place and not term.memory]
 
     def reading(value: float) -> float:
@@ -192,13 +204,14 @@ def recorded_states(model: JointModel, signals: Signals, samples: Sequence[int])
 
 def resistance(model: JointModel, start: Start) -> float:
     """Torque of the terms that resist the output at the start; those with memory have none yet."""
+    model = in_force(model, start.time)
     m, s, total = np.zeros(QUANTITIES), np.zeros(STATES), 0.0
     m[motion.ANGLE] = m[motion.JOINT_ANGLE] = start.angle
     m[motion.SPEED], m[motion.DIRECTION] = start.speed, np.sign(start.speed) or 1.0
     m[motion.TEMPERATURE] = motion.REFERENCE_TEMPERATURE
     for use in model.physics:
         term = term_of(use)
-        here = side_of(use, model.structure) == "output" and not term.memory and not use.onset
+        here = side_of(use, model.structure) == "output" and not term.memory
         if here and term.place == "torque":
             total += term.law(m, values_of(use), s)
         elif here and term.place == "dry":  # at rest friction carries what it must, and the spring nothing of it
@@ -208,7 +221,7 @@ def resistance(model: JointModel, start: Start) -> float:
 
 def windup_at(model: JointModel, plant: Plant, torque: float) -> float:
     """Wind-up at which the spring passes on `torque`, whatever terms shape it; the bare spring's if there is none."""
-    shaping = [use for use in model.physics if term_of(use).place in ("windup", "spring") and not use.onset]
+    shaping = [use for use in model.physics if term_of(use).place in ("windup", "spring")]
     if not shaping:
         return torque / plant.stiffness
     reach = abs(torque) / plant.stiffness + 0.1

@@ -99,3 +99,12 @@ def joint_angle(model: JointModel, start: Start) -> float:
     """Angle of the output at the start: the motor's, and the wind-up."""
     state = initial_state(model, start)
     return float(state[0] + state[2])
+
+
+@pytest.mark.parametrize(("onset", "bias"), [(12.0, 0.002), (30.0, 0.0)])
+def test_a_recording_that_goes_on_after_a_gap_begins_with_what_has_set_in_by_then(onset: float, bias: float) -> None:
+    """A joint began where its sensor said, off by the bias that this had got before, and nothing had a name."""
+    later = steady()._replace(t=steady().t + 20.0)
+    biased = replace(ERA, physics=(TermUse("position_bias", {"bias_rad": 0.002}, onset=onset),))
+    plain, begun = initial_state(ERA, start_of(later, ERA)), initial_state(biased, start_of(later, biased))
+    assert plain[0] - begun[0] == pytest.approx(bias, abs=1e-9)
