@@ -259,9 +259,8 @@ def best_entry(
     c = np.linalg.solve(info[shown], -score[shown][..., None])[..., 0]
     gains = -0.5 * np.sum(score[shown] * c, axis=1)
     if c.shape[1] == 2 and onsets == [None] and offer.mix(c[0]) is None:  # the knobs may take over what parts the two
-        single = -score[shown] / diagonal[shown]
-        c = np.concatenate([np.diag(one) for one in single])
-        gains, shown = (-0.5 * score[shown] * single).ravel(), np.repeat(shown, 2)
+        alone = -score[shown[0]] / diagonal[shown[0]]
+        c, gains, shown = np.diag(alone), -0.5 * score[shown[0]] * alone, np.repeat(shown, 2)
     for k in np.argsort(-gains, kind="stable"):
         onset, values = onsets[shown[k]], offer.mix(c[k])
         if values is not None and (onset is None or not is_less(offer, values)):  # no file holds less from a time on
