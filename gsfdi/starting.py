@@ -160,7 +160,7 @@ def initial_state(model: JointModel, start: Start) -> Array:
         start = start._replace(angle=angle, speed=speed, motor_speed=motor_speed, acceleration=acceleration)
     if model.structure == "rigid":
         return np.array([start.angle, start.speed, 0.0, 0.0, start.integral])
-    plant = plant_at(model, 0.0)
+    plant = plant_at(model, start.time)
     torque = plant.output_inertia * start.acceleration + plant.damping * start.speed + resistance(model, start)
     windup = windup_at(model, plant, -torque)
     return np.array([start.angle - windup, start.motor_speed, windup, start.speed - start.motor_speed, start.integral])

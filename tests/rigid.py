@@ -17,6 +17,7 @@ JOINT = JointModel(
     effort="drive_torque",
 )
 OWN = (TermUse("coulomb_friction", {"torque_nm": 2.0}),)
+WET = TermUse("viscous_friction", {"coefficient_nms_rad": 10.0})
 
 
 def swept(*terms: TermUse, own: tuple[TermUse, ...] = OWN) -> Reconciliation:

@@ -1,11 +1,9 @@
 """Two loads that depend on the place: while only one of them is there, it is fitted to the sum of both."""
 
 import pytest
-from rigid import swept
+from rigid import WET, swept
 
 from gsfdi.model import TermUse
-
-WET = TermUse("viscous_friction", {"coefficient_nms_rad": 10.0})
 
 
 @pytest.mark.parametrize(

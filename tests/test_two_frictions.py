@@ -4,13 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigid import JOINT, swept
+from rigid import JOINT, WET, swept
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.simulate import simulate_record
-
-WET = TermUse("viscous_friction", {"coefficient_nms_rad": 10.0})
 
 
 @pytest.mark.parametrize(

@@ -255,7 +255,7 @@ def _rounds(
     stepped: bool,
 ) -> tuple[Round, Round, list[Contest]]:
     floor, contests = effort_floor(first.stand), list(held)
-    left = missing(hand, floor) / max(missing(first, floor), 1e-300) if contests else 1.0
+    left = share_missing(hand, first, floor) if contests else 1.0
     while True:
         hand = exact(hand)
         first = first if contests else hand
@@ -284,10 +284,15 @@ def _rounds(
             hand = settled_onset(hand, place, floor)
             hand = relawed(hand, place, shelf_terms[use.term], floor)
             hand = retuned(hand, place, shelf_terms[use.term], floor)
-        left = missing(hand, floor) / max(missing(first, floor), 1e-300)
+        left = share_missing(hand, first, floor)
         unsaid = float(np.exp(-likelier(hand, first) / hand.stand.told))
         if is_over(len(contests), hand.fitted.model.physics[given:], left, unsaid, most):
             return first, exact(hand), contests
+
+
+def share_missing(hand: Round, first: Round, floor: Array) -> float:
+    """Share of the torque missing beside the parameters only that is missing yet."""
+    return missing(hand, floor) / max(missing(first, floor), 1e-300)
 
 
 def least_promise(hand: Round, first: Round, left: float) -> float:

@@ -88,13 +88,21 @@ def reordered(hand: Round, place: int, term: PhysicsTerm, floor: Array) -> Round
         turns = 1.0 if term.place == "position_sensor" else hand.stand.model.plant.gear_ratio
         ahead = (use.values[term.order.name] - order) * turns * hand.stand.scales.centre
         values = {**use.values, term.order.name: order, "phase_rad": use.values["phase_rad"] + ahead}
-        model = model.with_use(place, replace(use, values=values))
-        knobs = [knob for knob in hand.fitted.knobs if knob.place != place] + term_knobs(hand.stand, model, place)
-        settled = settle(hand.stand, model, knobs, floor)
+        settled = in_place(hand, {place: replace(use, values=values)}, floor)
         if likelier(settled, hand) <= 0:
             return hand
         hand = settled
     return hand
+
+
+def in_place(hand: Round, uses: Mapping[int, TermUse], floor: Array) -> Round:
+    """Settle the model in hand with other terms, or other numbers, at some places; their knobs are laid out anew."""
+    model = hand.fitted.model
+    for place, use in uses.items():
+        model = model.with_use(place, use)
+    knobs = [knob for knob in hand.fitted.knobs if knob.place not in uses]
+    knobs += [knob for place in uses for knob in term_knobs(hand.stand, model, place)]
+    return settle(hand.stand, model, knobs, floor)
 
 
 def _beside(hand: Round, place: int, name: str) -> float:
@@ -173,18 +181,20 @@ def shared_anew(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm],
     places = [place for place in range(given, end) if model.physics[place].term in BY_SPEED]
     if not places or model.physics[end].term not in BY_SPEED:
         return hand
-    last, spare = model.physics[end], [n for n in BY_SPEED if n in shelf_terms and n not in found]
+    last, spare = model.physics[end], [name for name in BY_SPEED if name in shelf_terms and name not in found]
     for place in places:
         use = model.physics[place]
-        pairs = [(name, last.term) for name in spare] + [(last.term, use.term)] * (use.onset != last.onset)
+        pairs = [(name, last.term) for name in spare]
+        if use.onset != last.onset:
+            pairs.append((last.term, use.term))
         for name, beside in pairs:
-            own = [last] * (beside == last.term) + likes(last, shelf_terms[beside], shelf_terms, hand)
+            own = likes(last, shelf_terms[beside], shelf_terms, hand)
+            own = [last, *own] if beside == last.term else own
             others = likes(use, shelf_terms[name], shelf_terms, hand)
-            starts = [model.with_use(end, one).with_use(place, other) for one in own for other in others]
-            start = nearest(hand, starts)[0]
-            rest = [knob for knob in hand.fitted.knobs if knob.place not in (place, end)]
-            knobs = [*rest, *term_knobs(hand.stand, start, place), *term_knobs(hand.stand, start, end)]
-            other = settle(hand.stand, start, knobs, floor)
+            start = nearest(hand, [model.with_use(end, one).with_use(place, other) for one in own for other in others])[
+                0
+            ]
+            other = in_place(hand, {place: start.physics[place], end: start.physics[end]}, floor)
             best = other if likelier(other, best) > 0 else best
     return best
 

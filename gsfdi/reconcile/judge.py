@@ -185,8 +185,6 @@ def names(
     moved = TRIVIAL * sum(f.gain for f in shown if f.term == LATE)
     for i, (name, bare) in enumerate(zip(found, bares, strict=True)):
         least = needless(hand, given + i, name, shelf_terms[name.use.term], beside)
-        if is_steady(hand, given + i, shelf_terms[name.use.term]):
-            least = np.inf
         if bare.cost - hand.fitted.cost < max(least, moved if is_sensor(name.use.term) else 0.0):
             return names(around(hand, bare), given, contests, shelf_terms, shown, thorough)
     return hand, found
@@ -233,6 +231,8 @@ def needless(hand: Round, place: int, name: Name, term: PhysicsTerm, beside: boo
     What is left is seldom white. A term that suits a few moments of it gains by them what its size, judged over the
     whole recording, does not bear out.
     """
+    if is_steady(hand, place, term):
+        return np.inf
     least = WITHIN * inflation(hand) if is_nothing(name, term) else 0.0
     sizes = [
         times

@@ -13,8 +13,8 @@ import numpy as np
 
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.hand import Round, exact, likelier, project, settle, with_term, without_terms
-from gsfdi.reconcile.knobs import term_knobs
+from gsfdi.reconcile.forms import in_place
+from gsfdi.reconcile.hand import Round, exact, likelier, project, with_term, without_terms
 from gsfdi.reconcile.offer import Offer, offers
 from gsfdi.reconcile.offering import share_to_try
 from gsfdi.types import Array
@@ -42,24 +42,15 @@ def paired_anew(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm],
     """
     physics = hand.fitted.model.physics
     end, best = len(physics) - 1, hand
-    if physics[end].term not in BY_PLACE:
+    places = [place for place in range(given, end) if physics[place].term in BY_PLACE]
+    if not places or physics[end].term not in BY_PLACE:
         return hand
-    for place in range(given, end):
-        if physics[place].term in BY_PLACE:
-            for uses in likeliest_pairs(hand, (place, end), shelf_terms):
-                other = in_place(hand, (place, end), uses, floor)
-                best = other if likelier(other, best) > 0 else best
+    hand = exact(hand)
+    for place in places:
+        for one, other in likeliest_pairs(hand, (place, end), shelf_terms):
+            settled = in_place(hand, {place: one, end: other}, floor)
+            best = settled if likelier(settled, best) > 0 else best
     return best
-
-
-def in_place(hand: Round, places: tuple[int, int], uses: tuple[TermUse, TermUse], floor: Array) -> Round:
-    """Settle the model in hand with other terms at two places."""
-    model = hand.fitted.model
-    for place, use in zip(places, uses, strict=True):
-        model = model.with_use(place, use)
-    knobs = [knob for knob in hand.fitted.knobs if knob.place not in places]
-    knobs += [knob for place in places for knob in term_knobs(hand.stand, model, place)]
-    return settle(hand.stand, model, knobs, floor)
 
 
 def likeliest_pairs(
@@ -68,7 +59,7 @@ def likeliest_pairs(
     """Give the pairs that leave least in the places of two terms, none of these two themselves."""
     had = [hand.fitted.model.physics[place] for place in places]
     tried = list(loads(hand, had, shelf_terms))
-    left, signatures = signatures_of(exact(hand), places, tried)
+    left, signatures = signatures_of(hand, places, tried)
     edges = np.cumsum([0, *(len(offer.columns) for offer in tried)])
     rows = [np.arange(*ends) for ends in pairwise(edges)]
     found: list[tuple[float, tuple[TermUse, TermUse]]] = []
