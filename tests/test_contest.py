@@ -9,7 +9,7 @@ import pytest
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import compete
-from gsfdi.reconcile.compete import SETTLED, TRIVIAL, least_promise, pursued, to_settle
+from gsfdi.reconcile.compete import PROMISED, SETTLED, TRIVIAL, least_promise, pursued, to_settle
 from gsfdi.reconcile.offer import Offer
 from gsfdi.reconcile.screen import LEAST, Entry
 from gsfdi.registry import shelf
@@ -32,7 +32,7 @@ def test_beside_a_play_a_term_must_be_promised_a_share_of_what_was_gained(monkey
         return SimpleNamespace(fitted=SimpleNamespace(model=SimpleNamespace(physics=(TermUse(term, {}),))))
 
     monkeypatch.setattr(compete, "likelier", lambda new, old: 50_000.0)
-    assert least_promise(having("backlash"), having("backlash"), 1.0) == TRIVIAL * 50_000.0
+    assert least_promise(having("backlash"), having("backlash"), 1.0) == PROMISED * 50_000.0
     assert least_promise(having("cogging"), having("cogging"), 1.0) == 0.0
     assert least_promise(having("cogging"), having("cogging"), 0.5 * TRIVIAL) == LEAST
     monkeypatch.setattr(compete, "likelier", lambda new, old: 0.0)

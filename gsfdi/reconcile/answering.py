@@ -120,7 +120,7 @@ def unanswered(columns: Array, asked: Array) -> tuple[Array, int]:
         X, y = triangle[:, kept], triangle[:, -1]
         gains = np.linalg.lstsq(X, y, rcond=1e-9)[0]
         spread = np.diag(np.linalg.pinv(X.T @ X, rcond=1e-18, hermitian=True)) * np.sum((y - X @ gains) ** 2)
-        worth = gains**2 * len(asked) / np.maximum(spread, 1e-300)
+        worth = gains**2 * len(asked) / np.maximum(spread, 1e-200)
         least = MAIN + int(np.argmin(worth[MAIN:])) if len(kept) > MAIN else 0
         if least == 0 or worth[least] > np.log(len(asked)):
             return np.asarray(asked - columns[:, kept] @ gains), len(kept)

@@ -73,7 +73,10 @@ from gsfdi.types import Array
 NEAR = 0.3
 """Share of the best finalist's merit from which another is settled under its own noise, too."""
 WORTH = 60.0
-"""Merit from which a finalist below its bar is settled, to be held against the bar that it has then."""
+"""Merit from which a finalist below its bar is settled where nothing seems to be missing, and what it must gain then.
+
+Where something is missing, the noise of that hides what a term is worth: a mode of merit 47 gained 1,416.
+"""
 CLEAR = 2.0
 """Times its bar that a settled finalist gains which goes before any that gains less."""
 FAR = 0.5
@@ -93,11 +96,12 @@ of which it owed 330 to its smoothness.
 SETTLED, LEVEL = 4, 0.99
 """Finalists that are settled at most, unless more come within this share of the best."""
 TRIVIAL = 0.02
-"""Share of the missing torque below which a further term is looked for only where regression promises it its bar; and
-share of what has been gained beside a play that must be promised.
+"""Share of the missing torque below which a further term is looked for only where regression promises it its bar.
 
 A second effect may be felt plainly beside one that is a hundred times as large.
 """
+PROMISED = 0.015
+"""Share of what has been gained beside a play that regression must promise a further term (see `least_promise`)."""
 MAIN = 3
 """Terms that must account for most of what is missing before a further one may join."""
 DETAIL = 0.2
@@ -299,7 +303,7 @@ def least_promise(hand: Round, first: Round, left: float) -> float:
     """Log-likelihood that regression must promise a further term.
 
     The linear observer of a gearbox that plays makes noise of its own, which is not white, and the fit stops in one of
-    many places. Beside 18 plays what there was had been promised 2.9 % and more of what the model in hand had gained,
+    many places. Beside 20 plays what there was had been promised 1.66 % and more of what the model in hand had gained,
     and what there was not up to 1.3 % of plays that gained more than 15,000.
 
     Parameters
@@ -312,7 +316,7 @@ def least_promise(hand: Round, first: Round, left: float) -> float:
         Share of the missing torque that is left.
     """
     least = LEAST if left < TRIVIAL else 0.0
-    return max(least, TRIVIAL * likelier(hand, first)) if plays(hand.fitted.model) else least
+    return max(least, PROMISED * likelier(hand, first)) if plays(hand.fitted.model) else least
 
 
 def is_over(won: int, found: Sequence[TermUse], left: float, unsaid: float, most: int) -> bool:
@@ -385,9 +389,10 @@ def contend(
     ranked = [fairly(hand, e, shelf_terms) if merit(e) > LEAST else e for e in ranked]
     ranked.sort(key=merit, reverse=True)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
+    worth = WORTH if leaves_nothing(hand, floor) else LEAST
     best: tuple[tuple[bool, float], Entry, Round] | None = None
     beyond, behind = set[tuple[str, str | None]](), set[tuple[str, str | None]]()
-    for entry in to_settle([e for e in near if merit(e) > min(e.bar, WORTH)], shelf_terms):
+    for entry in to_settle([e for e in near if merit(e) > min(e.bar, worth)], shelf_terms):
         assert entry.fitted is not None
         rival = pursued(hand, entry.fitted, best[2] if best else None, floor)
         if best and is_beyond(best[2], rival, hand, floor):
@@ -403,7 +408,7 @@ def contend(
         if settled is None or is_another(settled, shelf_terms):
             continue
         gain, least = likelier(settled, hand) - cost_of(entry) - owed, settled_bar(settled, entry, trials)
-        if merit(entry) < entry.bar and gain < least:
+        if merit(entry) < entry.bar and gain < max(least, WORTH):
             continue
         rank = (gain > CLEAR * least, gain)
         if rank > (best[0] if best else (False, 0.0)):  # one that gains nothing only moves the mismatch about

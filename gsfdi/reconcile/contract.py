@@ -54,14 +54,15 @@ class Settled:
     def findings(self) -> list[LawFinding]:
         """What the law check and the values themselves told, but for gains that are off by no more than a tick does.
 
-        A tick does not scale a whole law that leaves nothing but noise then, nor the way that a told speed goes against
-        that of the positions: so little of the current's gain, or of the position's, has its name.
+        A tick makes no law that leaves nothing but noise then, nor does it scale the way that a told speed goes against
+        that of the positions: so little of what was found first, or of the position's gain, has its name.
         """
         law = self.law.findings if self.law else ()
         exact = self.law is not None and self.law.is_exact and self.stand.sees_speed
-        scaled = "current_gain" if exact else "position_gain" if self.stand.lever > 0 else None
-        named = (f for f in law if f.term == scaled or abs(f.values.get("ratio", np.inf) - 1.0) > COARSE)
-        return [*named, *self.shown]
+        scaled = "position_gain" if self.stand.lever > 0 else None
+        first, rest = (law[:1], law[1:]) if exact else ((), law)
+        named = (f for f in rest if f.term == scaled or abs(f.values.get("ratio", np.inf) - 1.0) > COARSE)
+        return [*first, *named, *self.shown]
 
 
 @dataclass(frozen=True)

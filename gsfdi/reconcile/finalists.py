@@ -49,8 +49,9 @@ BURST, LOUD = 10, 3.0
 """Samples of a burst, and its power over that of all that is left, beside which a term may have set in."""
 UNPROMISED = 2.0
 """How many times what the regression promised a faint finalist may gain."""
-SLIP, SEEN = 10.0, 2.0
-"""Times the noise of the position by which a joint may slip without that being seen, and where its speed is logged."""
+SLIP, SEEN, SLOW = 10.0, 2.0, 1.0
+"""Times the noise of the position by which a joint may slip without that being seen, and where its speed is logged;
+there, a slip that takes so long [s] may hide in the noise of the speed."""
 LINEAR = {
     *("output_inertia_change", "motor_inertia_change", "stiffness_change", "torque_constant_change"),
     *("viscous_friction", "gearbox_damping", "gearbox_hysteresis", "structural_mode", "actuation_delay"),
@@ -169,8 +170,7 @@ def matters(hand: Round, entry: Entry) -> bool:
         return False
     values = entry.fitted.model.physics[-1].values
     if entry.offer.term == "position_bias":
-        plain = hand.stand.sees_speed or travels(hand.stand, entry.onset)
-        return abs(values["bias_rad"]) > (SEEN if plain else SLIP) * hand.stand.scales.noise
+        return abs(values["bias_rad"]) > unslipped(hand.stand, entry.onset)
     if entry.offer.term == "torque_constant_drift":
         drifts_for = hand.stand.scales.seconds - max(values["onset_s"], entry.onset or 0.0)
         if abs(values["rate_per_s"]) * drifts_for < SIMULATED:
@@ -182,6 +182,18 @@ def matters(hand: Round, entry: Entry) -> bool:
     doubt = hand.stand.learnt + (hand.stand.looped if entry.offer.term in LINEAR else 0.0)
     least = NET + left_by_shift(entry.fitted, hand.stand.scales.period) + doubt
     return bool(alone > MATERIAL + doubt) and size_of(hand, entry.fitted) > least
+
+
+def unslipped(stand: Bench, onset: float | None) -> float:
+    """Step of the position [rad] from which on it is none of a joint that slips, which no model foresees."""
+    most, noise = SLIP * stand.scales.noise, SEEN * stand.scales.noise
+    if travels(stand, onset):
+        return noise
+    if not stand.sees_speed:
+        return most
+    row = list(stand.system.rows).index(1)
+    speed = np.sqrt(stand.system.R[row] * stand.scales.period * SLOW) / np.max(np.abs(stand.system.C[row]))
+    return min(most, max(noise, SEEN * float(speed)))
 
 
 def travels(stand: Bench, onset: float | None) -> bool:

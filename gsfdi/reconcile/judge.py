@@ -219,9 +219,12 @@ def weighed(
 def bared(hand: Round, place: int) -> Fitted:
     """Refit the model in hand without the term at `place`, to the end where that may yet be as good.
 
-    Two terms that cancel each other both seem to be needed after a few rounds.
+    Two terms that cancel each other both seem to be needed after a few rounds. And what sets in about when another does
+    may only mend when that did.
     """
     bare = without(hand, place)
+    if hand.fitted.model.physics[place].onset is not None:
+        bare = dated(around(hand, bare), 0).fitted
     return nearing(hand.misfit, bare, hand.fitted.cost, WITHIN) if bare.cost - hand.fitted.cost < NEAR else bare
 
 
