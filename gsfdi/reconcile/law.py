@@ -314,7 +314,7 @@ def _clock(held: Held, term: str, name: str, sheets: Callable[[float], list[Shee
         return float(sum(m @ m for m in misfits(sheets(late), held.findings)))
 
     best = min(np.array([0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]) * period, key=rest)
-    for width in (0.3, 0.1, 0.03):
+    for width in (0.3, 0.1, 0.03, 0.01, 0.003):
         near = (best + step * width * min(period, best) for step in (-2, -1, 0, 1, 2))
         best = min((late for late in near if late > 0), key=rest)
     least = rest(best)
