@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from joints import MODEL
+from rigid import WET, swept
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
@@ -13,8 +15,6 @@ from gsfdi.reconcile.finalists import SEEN, SLIP, unslipped
 from gsfdi.reconcile.judge import Name, Rival
 from gsfdi.reconcile.law import LawFinding, check_law
 from gsfdi.simulate import simulate_record
-from joints import MODEL
-from rigid import WET, swept
 
 OWN = (
     TermUse("coulomb_friction", {"torque_nm": 2.0}, "motor"),

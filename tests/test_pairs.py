@@ -1,9 +1,16 @@
 """Two loads that depend on the place: while only one of them is there, it is fitted to the sum of both."""
 
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
 import pytest
 from rigid import WET, swept
 
 from gsfdi.model import TermUse
+from gsfdi.reconcile import pairs
+from gsfdi.reconcile.hand import Round
+from gsfdi.reconcile.offer import Offer
 
 
 @pytest.mark.parametrize(
@@ -33,3 +40,15 @@ def test_two_loads_are_not_taken_for_two_others(told: tuple[TermUse, ...]) -> No
     for use in told:
         for name, value in use.values.items():
             assert found[use.term][name]["value"] == pytest.approx(value, rel=0.03, abs=0.003)
+
+
+def test_a_harness_and_a_constant_load_are_no_two_loads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A constant load says where a harness rests: both took the place of a wave, with a load nobody put there."""
+    offered = [
+        Offer(name, "output", ({"size": 1.0},), lambda c: {"size": float(c[0])})
+        for name in ("cable_harness", "constant_load")
+    ]
+    hand = SimpleNamespace(fitted=SimpleNamespace(model=SimpleNamespace(physics=(TermUse("cogging", {}),) * 2)))
+    monkeypatch.setattr(pairs, "loads", lambda *_: iter(offered))
+    monkeypatch.setattr(pairs, "signatures_of", lambda *_: (np.ones(4), np.eye(4)[:2]))
+    assert list(pairs.likeliest_pairs(cast("Round", hand), (0, 1), {})) == []

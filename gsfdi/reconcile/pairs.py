@@ -21,6 +21,8 @@ from gsfdi.types import Array
 
 BY_PLACE = ("cable_harness", "cogging", "constant_load", "gravity_unbalance")
 """Loads that depend on nothing but the place."""
+ONE = {"cable_harness", "constant_load"}
+"""Two of them that are one: a harness that rests elsewhere."""
 BESIDE = (-1.0, 0.0, 1.0)
 """Orders tried, from that of a wave which one of the two is."""
 SETTLED = 2
@@ -65,7 +67,7 @@ def likeliest_pairs(
     found: list[tuple[float, tuple[TermUse, TermUse]]] = []
     for i, j in combinations(range(len(tried)), 2):
         one, other = tried[i], tried[j]
-        if one.term == other.term or {one.term, other.term} == {use.term for use in had}:
+        if one.term == other.term or {one.term, other.term} in (ONE, {use.term for use in had}):
             continue
         both = signatures[[*rows[i], *rows[j]]]
         c: Array = np.asarray(np.linalg.lstsq(both.T, -left, rcond=None)[0], dtype=np.float64)
