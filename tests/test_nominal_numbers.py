@@ -67,3 +67,20 @@ def test_numbers_are_told_apart_more_readily_where_a_law_and_a_speed_are_known(
     answer = reconcile([record], MODEL) if seen else reconcile([without_speed(record)], replace(MODEL, controller=None))
     assert len(answer.omitted_physics) == 1
     assert (len(answer.indistinguishable) == 0) is seen
+
+
+@pytest.mark.parametrize(
+    ("torque_constant", "cost", "named"), [(0.948, 13.0, True), (0.94, 13.0, True), (0.948, 1e4, False)]
+)
+def test_one_number_that_leaves_a_trifle_has_its_name(
+    torque_constant: float, cost: float, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """How another simulator steps a joint may cost a number more than 12, where all of them gain thousands."""
+
+    def lone(*args: object) -> list[Lone]:
+        first, *others = lone_changes(*args)  # type: ignore[arg-type]
+        return [replace(first, cost=cost), *(replace(one, cost=10 * cost) for one in others)]
+
+    monkeypatch.setattr(entries, "lone_changes", lone)
+    answer = reconcile([simulate_record(off(torque_constant=torque_constant), seed=1, duration=30.0)], MODEL)
+    assert [entry["term"] for entry in answer.omitted_physics] == ["torque_constant_change"] * named
