@@ -73,9 +73,10 @@ from gsfdi.types import Array
 NEAR = 0.3
 """Share of the best finalist's merit from which another is settled under its own noise, too."""
 WORTH = 60.0
-"""Merit from which a finalist below its bar is settled where nothing seems to be missing, and what it must gain then.
+"""Merit from which a finalist below its bar is settled, and what it must gain once it is.
 
-Where something is missing, the noise of that hides what a term is worth: a mode of merit 47 gained 1,416.
+Where something is missing, a lower merit will do, for the noise of that hides what a term is worth: a mode of merit 47
+gained 1,416.
 """
 CLEAR = 2.0
 """Times its bar that a settled finalist gains which goes before any that gains less."""
