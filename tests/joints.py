@@ -1,5 +1,6 @@
 """Joints for the detectors' tests: the paper's joint as it is simulated, and what is learnt of it fault-free."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -31,10 +32,15 @@ def swinging(
     reach: float, rate: float, model: JointModel = MODEL, seed: int = 0, duration: float = 60.0
 ) -> JointRecord:
     """Telemetry of a joint that swings gently, by `reach` [rad] at `rate` [rad/s]."""
-    asked = simulate_record(MODEL, seed=seed, duration=duration)
-    swing = {"setpoint": reach * np.sin(rate * asked.t), "setpoint_rate": reach * rate * np.cos(rate * asked.t)}
-    asked = replace(asked, channels={**asked.channels, **swing}, valid={})
+    asked = along(simulate_record(MODEL, seed=seed, duration=duration), ((reach, rate, 0.0),))
     return simulate_record(model, replay=asked, seed=seed)
+
+
+def along(record: JointRecord, waves: Sequence[tuple[float, float, float]], middle: float = 0.0) -> JointRecord:
+    """Give a record with a setpoint along waves of an amplitude [rad], a rate [rad/s] and a phase about a middle."""
+    place = middle + sum(a * np.sin(w * record.t + p) for a, w, p in waves)
+    rate = sum(a * w * np.cos(w * record.t + p) for a, w, p in waves)
+    return replace(record, channels={**record.channels, "setpoint": place, "setpoint_rate": rate}, valid={})
 
 
 def ramped(strokes: int = 12) -> Array:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-import numpy as np
+from joints import along
 
 from gsfdi.model import Controller, JointModel, Plant, Sensors, TermUse
 from gsfdi.reconcile import Reconciliation, reconcile
@@ -22,10 +22,7 @@ WET = TermUse("viscous_friction", {"coefficient_nms_rad": 10.0})
 
 def swept(*terms: TermUse, own: tuple[TermUse, ...] = OWN) -> Reconciliation:
     """Reconcile a joint that sweeps both ways, at up to 0.5 rad/s, and whose model knows its `own` terms."""
-    asked = simulate_record(JOINT, duration=40.0)
     waves = ((0.35, 0.5, 0.0), (0.12, 1.7, 1.0), (0.03, 4.1, 2.0))
-    place = sum(a * np.sin(w * asked.t + p) for a, w, p in waves)
-    rate = sum(a * w * np.cos(w * asked.t + p) for a, w, p in waves)
-    asked = replace(asked, channels={**asked.channels, "setpoint": place, "setpoint_rate": rate}, valid={})
+    asked = along(simulate_record(JOINT, duration=40.0), waves)
     record = simulate_record(replace(JOINT, physics=(*own, *terms)), replay=asked, seed=1)
     return reconcile([record], replace(JOINT, physics=own))

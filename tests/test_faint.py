@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from joints import MODEL
+from joints import MODEL, along
 from rigid import WET, swept
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.finalists import SEEN, SLIP, unslipped
 from gsfdi.reconcile.judge import Name, Rival
-from gsfdi.reconcile.law import LawFinding, check_law
+from gsfdi.reconcile.law import check_law
 from gsfdi.simulate import simulate_record
 
 OWN = (
@@ -24,14 +24,10 @@ OWN = (
 
 def test_a_mode_beyond_what_the_motion_excites_is_no_inertia() -> None:
     values = {"inertia_kg_m2": 7.34, "frequency_hz": 2.62, "damping_ratio": 0.02}
-    asked = simulate_record(MODEL, seed=217, duration=60.0)
     waves = ((0.30, 0.14, 0.0), (0.06, 0.6, 1.0), (0.008, 2.4, 2.0))
-    place = 0.2 + sum(a * np.sin(w * asked.t + p) for a, w, p in waves)
-    rate = sum(a * w * np.cos(w * asked.t + p) for a, w, p in waves)
-    asked = replace(asked, channels={**asked.channels, "setpoint": place, "setpoint_rate": rate}, valid={})
-    record = simulate_record(
-        replace(MODEL, physics=(*OWN, TermUse("structural_mode", values, "output"))), replay=asked, seed=217
-    )
+    asked = along(simulate_record(MODEL, seed=217, duration=60.0), waves, middle=0.2)
+    with_mode = replace(MODEL, physics=(*OWN, TermUse("structural_mode", values, "output")))
+    record = simulate_record(with_mode, replay=asked, seed=217)
     (entry,) = reconcile([record], replace(MODEL, physics=OWN)).omitted_physics
     assert entry["term"] == "structural_mode"
     assert entry["parameters"]["frequency_hz"]["value"] == pytest.approx(2.62, rel=0.02)
@@ -50,9 +46,7 @@ def test_a_spot_that_is_met_once_does_not_mend_when_another_term_set_in() -> Non
 
 
 def standing(rows: tuple[int, ...], speed: float) -> Any:
-    """Bench of a joint that rests, with so much noise of its `speed`."""
-    record = SimpleNamespace(t=np.arange(400) / 100.0)
-    record.channels = {"position": np.zeros(400)}
+    """Bench of no record in which a joint would move, with so much noise of its `speed`."""
     system = SimpleNamespace(rows=rows, R=np.array([1e-10, speed**2]), C=np.array([[1.0, 0.0], [0.0, 1.0]]))
     scales = SimpleNamespace(noise=1e-5, period=0.01)
     return SimpleNamespace(records=[], system=system, scales=scales, sees_speed=1 in rows)
@@ -81,15 +75,11 @@ def test_a_gain_that_is_a_little_off_is_found_where_a_speed_is_logged(name: str)
     assert entry["parameters"]["ratio"]["value"] == pytest.approx(ratio, abs=5e-4)
 
 
-def found_in(seed: int) -> tuple[LawFinding, ...]:
-    check = check_law([simulate_record(MODEL, seed=seed, duration=60.0)], MODEL)
-    assert check is not None
-    return check.findings
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_nothing_is_found_in_a_law_that_holds(seed: int) -> None:
-    assert found_in(seed) == ()
+    check = check_law([simulate_record(MODEL, seed=seed, duration=60.0)], MODEL)
+    assert check is not None
+    assert check.findings == ()
 
 
 def test_a_stamp_that_is_late_by_a_tick_and_a_little_blames_no_gearbox() -> None:

@@ -387,11 +387,12 @@ def contend(
     finalists = [*finalists_of(able), *beside_positions(screening.entries, hand.stand)]
     ranked = credible(hand, screening, refits(hand, finalists))
     trials = len(screening.information)
-    hopes = [(fairly(hand, e, shelf_terms), e) if merit(e) > LEAST else (e, e) for e in ranked]
-    hopeful = [] if leaves_nothing(hand, floor) else [fair for fair, e in hopes if merit(e) > LEAST]
-    ranked = sorted((fair for fair, _ in hopes), key=merit, reverse=True)
+    fair = [fairly(hand, e, shelf_terms) if merit(e) > LEAST else e for e in ranked]
+    hope = np.inf if leaves_nothing(hand, floor) else LEAST
+    hopeful = {id(one) for one, whole in zip(fair, ranked, strict=True) if merit(whole) > hope}
+    ranked = sorted(fair, key=merit, reverse=True)
     near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
-    worthy = [e for e in near if merit(e) > min(e.bar, WORTH) or any(e is other for other in hopeful)]
+    worthy = [e for e in near if merit(e) > min(e.bar, WORTH) or id(e) in hopeful]
     best: tuple[tuple[bool, float], Entry, Round] | None = None
     beyond, behind = set[tuple[str, str | None]](), set[tuple[str, str | None]]()
     for entry in to_settle(worthy, shelf_terms):

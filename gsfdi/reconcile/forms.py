@@ -191,9 +191,8 @@ def shared_anew(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm],
             own = likes(last, shelf_terms[beside], shelf_terms, hand)
             own = [last, *own] if beside == last.term else own
             others = likes(use, shelf_terms[name], shelf_terms, hand)
-            start = nearest(hand, [model.with_use(end, one).with_use(place, other) for one in own for other in others])[
-                0
-            ]
+            starts = [model.with_use(end, one).with_use(place, other) for one in own for other in others]
+            start = nearest(hand, starts)[0]
             other = in_place(hand, {place: start.physics[place], end: start.physics[end]}, floor)
             best = other if likelier(other, best) > 0 else best
     return best

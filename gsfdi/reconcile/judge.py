@@ -182,7 +182,7 @@ def names(
     if less is not None:
         return names(around(hand, less), given, contests, shelf_terms, shown, thorough)
     hand = freed(hand)
-    bares = [bared(hand, given + i) for i in range(len(found))]
+    bares = [bared(hand, given + i, given) for i in range(len(found))]
     found, beside = _with_intervals(hand, given, found, bares), bool(shown) or len(found) > 1
     # beside stamps that were late, a small error of a sensor only mends how its values were moved
     moved = TRIVIAL * sum(f.gain for f in shown if f.term == LATE)
@@ -219,15 +219,16 @@ def weighed(
     return Name(use, float(weights[0]) + same, 0.0, {}, ranked), close
 
 
-def bared(hand: Round, place: int) -> Fitted:
+def bared(hand: Round, place: int, given: int) -> Fitted:
     """Refit the model in hand without the term at `place`, to the end where that may yet be as good.
 
     Two terms that cancel each other both seem to be needed after a few rounds. And what sets in about when another does
     may only mend when that did.
     """
     bare = without(hand, place)
-    if hand.fitted.model.physics[place].onset is not None:
-        bare = dated(around(hand, bare), 0).fitted
+    set_in = [use for use in hand.fitted.model.physics[given:] if use.onset is not None]
+    if len(set_in) > 1 and hand.fitted.model.physics[place] in set_in:
+        bare = dated(around(hand, bare), given).fitted
     return nearing(hand.misfit, bare, hand.fitted.cost, WITHIN) if bare.cost - hand.fitted.cost < NEAR else bare
 
 

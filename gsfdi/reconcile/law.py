@@ -174,15 +174,15 @@ def speed_age(log: Log, law: Controller) -> float:
     return best / law.sample_rate if left_by[best] < 0.5 * left_by[0.0] else 0.0
 
 
-def lags(held: Held) -> bool:
-    """Whether the speed that is logged was found to lag."""
-    return any(f.term == LAG for f in held.findings)
+def is_found(held: Held, term: str) -> bool:
+    """Whether a term is among what was found of a law already."""
+    return any(f.term == term for f in held.findings)
 
 
 def material(found: Sequence[LawFinding], size: float, held: Held, measured: bool) -> list[LawFinding]:
     """Findings that matter; what a clock would explain better, however little it is off, is no gain of the law."""
     best = max(found, key=lambda f: f.gain, default=None)
-    timely = measured and best is not None and not lags(held) and not {"delay_s", "lag_s"} & best.values.keys()
+    timely = measured and best is not None and not is_found(held, LAG) and not {"delay_s", "lag_s"} & best.values.keys()
     return [f for f in found if _matters(f, size, held, timely)]
 
 
@@ -194,7 +194,7 @@ def _matters(finding: LawFinding, size: float, held: Held, timely: bool) -> bool
     """
     values = finding.values
     if "ratio" in values:
-        waits = finding.term == "controller_integral" and any(f.term == "current_limit" for f in held.findings)
+        waits = finding.term == "controller_integral" and is_found(held, "current_limit")
         least = WAITED if waits else COARSE if finding.gain < PLAINLY and not timely else 0.0
         return abs(values["ratio"] - 1) > max(least, 4 * finding.spread)
     if times := {"delay_s", "lag_s"} & values.keys():
@@ -215,14 +215,14 @@ def _believable(held: Held, noise: float, measured: bool) -> list[LawFinding]:
     plain = plainest(found, pinned)
     if not measured:
         found = plain
-    elif lags(held):
+    elif is_found(held, LAG):
         found = [f for f in found if f in plain or f.term != "current_limit"]
 
     def least(finding: LawFinding) -> float:
         if held.left**2 * (1 - finding.share) >= (EXACT * noise) ** 2:
             return 0.5
         # a limit that is met for a few samples shows in nothing else
-        sure = not lags(held) or finding.term == "current_limit" or finding.gain > PLAINLY
+        sure = not is_found(held, LAG) or finding.term == "current_limit" or finding.gain > PLAINLY
         return 0.0 if sure else 0.05
 
     return [f for f in found if f.share > least(f) or f in pinned]
