@@ -37,7 +37,7 @@ from gsfdi.reconcile.sheet import Held, LawFinding, Log, sheet_of
 from gsfdi.reconcile.simpler import fewer
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, sets_in_anew, strained, sways
+from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, never_levels, sets_in_anew, strained, sways
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -242,7 +242,7 @@ def test_what_goes_as_far_as_it_may_stands_for_something_else(term: str, name: s
     fitted = SimpleNamespace(
         knobs=[Knob(-1, "stiffness", 1.0, 0.0, 60.0), Knob(0, name, 1.0, 0.0, 60.0)],
         values=[60.0, value],
-        model=SimpleNamespace(physics=[TermUse(term, {name: value})]),
+        model=SimpleNamespace(physics=[TermUse(term, {"width_rad": 0.0, name: value})]),
     )
     settled = SimpleNamespace(model=SimpleNamespace(physics=()))
     case = SimpleNamespace(
@@ -252,6 +252,14 @@ def test_what_goes_as_far_as_it_may_stands_for_something_else(term: str, name: s
         stand=SimpleNamespace(scales=bench([recorded(NOMINAL)], NOMINAL).scales),
     )
     assert is_far(case) is far  # type: ignore[arg-type]
+
+
+def test_a_loop_wider_than_the_wind_up_swings_has_no_height_that_was_seen() -> None:
+    scales = bench([recorded(NOMINAL)], NOMINAL).scales
+    for widths, unseen in ((0.3, False), (1.9, False), (2.1, True)):
+        loop = TermUse("gearbox_hysteresis", {"torque_nm": 1.0, "width_rad": widths * scales.windup})
+        assert never_levels(loop, scales) is unseen
+    assert not never_levels(TermUse("stiffening", {"width_rad": 9.0}), scales)
 
 
 def test_a_bristle_that_never_lets_go_is_a_spring() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gsfdi.fit import Knob
+from gsfdi.model import TermUse
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.dating import moments_of
 from gsfdi.reconcile.enough import is_blind
@@ -21,6 +22,7 @@ from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.ticks import left_by_shift
 from gsfdi.reconcile.twin import left_by_twin
 from gsfdi.reconcile.verify import felt_noise, left_over, misfit, strays
+from gsfdi.scales import Scales
 
 REMAINS = 0.12
 """Share of the missing torque (root mean square) that may remain when a mismatch is called explained."""
@@ -166,7 +168,7 @@ def is_far(case: Case) -> bool:
     physics = fitted.model.physics
     if any(has_ended(fitted, case.terms, place) for place in range(given, len(physics))):
         return True
-    if any(never_slips(use, case.stand.scales) for use in physics[given:]):
+    if any(never_slips(use, case.stand.scales) or never_levels(use, case.stand.scales) for use in physics[given:]):
         return True
 
     def goes_on(knob: Knob, value: float) -> bool:
@@ -179,6 +181,14 @@ def is_far(case: Case) -> bool:
 
     pairs = zip(fitted.knobs, fitted.values, strict=True)
     return any(knob.place >= given and goes_on(knob, value) for knob, value in pairs)
+
+
+def never_levels(use: TermUse, scales: Scales) -> bool:
+    """Whether a loop is wider than the wind-up swings, so that nobody has seen how high it is.
+
+    A gearbox that creeps was a loop half as high again as the drive's torque, of a height from 0 to 28 N m.
+    """
+    return use.term == "gearbox_hysteresis" and use.values["width_rad"] > 2.0 * scales.windup
 
 
 def is_in_pieces(case: Case) -> bool:
