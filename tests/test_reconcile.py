@@ -242,7 +242,7 @@ def test_what_goes_as_far_as_it_may_stands_for_something_else(term: str, name: s
     fitted = SimpleNamespace(
         knobs=[Knob(-1, "stiffness", 1.0, 0.0, 60.0), Knob(0, name, 1.0, 0.0, 60.0)],
         values=[60.0, value],
-        model=SimpleNamespace(physics=[TermUse(term, {"width_rad": 0.0, name: value})]),
+        model=SimpleNamespace(physics=[TermUse(term, {name: value})]),
     )
     settled = SimpleNamespace(model=SimpleNamespace(physics=()))
     case = SimpleNamespace(
@@ -254,12 +254,16 @@ def test_what_goes_as_far_as_it_may_stands_for_something_else(term: str, name: s
     assert is_far(case) is far  # type: ignore[arg-type]
 
 
-def test_a_loop_wider_than_the_wind_up_swings_has_no_height_that_was_seen() -> None:
+@pytest.mark.parametrize(
+    ("widths", "low", "high", "unseen"),
+    [(0.3, 0.0, 20.0, False), (2.1, 8.5, 11.5, False), (1.9, 0.0, 20.0, False), (2.1, 6.0, 14.0, True)],
+)
+def test_a_wide_loop_of_unknown_height_is_no_whole_answer(widths: float, low: float, high: float, unseen: bool) -> None:
     scales = bench([recorded(NOMINAL)], NOMINAL).scales
-    for widths, unseen in ((0.3, False), (1.9, False), (2.1, True)):
-        loop = TermUse("gearbox_hysteresis", {"torque_nm": 1.0, "width_rad": widths * scales.windup})
-        assert never_levels(loop, scales) is unseen
-    assert not never_levels(TermUse("stiffening", {"width_rad": 9.0}), scales)
+    for term, said in (("gearbox_hysteresis", unseen), ("presliding_friction", False)):
+        use = TermUse(term, {"torque_nm": 10.0, "width_rad": widths * scales.windup})
+        found = [Name(use, 1.0, 1.0, {"torque_nm": (low, high)}, ())]
+        assert never_levels(SimpleNamespace(found=found, stand=SimpleNamespace(scales=scales))) is said  # type: ignore[arg-type]
 
 
 def test_a_bristle_that_never_lets_go_is_a_spring() -> None:

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from gsfdi.fit import Knob
-from gsfdi.model import TermUse
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.dating import moments_of
 from gsfdi.reconcile.enough import is_blind
 from gsfdi.reconcile.finalists import has_ended, never_slips
 from gsfdi.reconcile.hand import is_sensor
-from gsfdi.reconcile.judge import torque_left, white_left
+from gsfdi.reconcile.judge import Name, torque_left, white_left
 from gsfdi.reconcile.noise import power_of_means
 from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.parameters import TERM_OF
@@ -22,7 +21,6 @@ from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.ticks import left_by_shift
 from gsfdi.reconcile.twin import left_by_twin
 from gsfdi.reconcile.verify import felt_noise, left_over, misfit, strays
-from gsfdi.scales import Scales
 
 REMAINS = 0.12
 """Share of the missing torque (root mean square) that may remain when a mismatch is called explained."""
@@ -42,6 +40,8 @@ FOLLOWS = 1.3
 """Times what noise leaves of a simulation that it may be off by where nothing is missing any more."""
 SPANS, SWAYS = 30, 6.0
 """Spans of time over which innovations are averaged, and standard deviations of their power that no chance makes."""
+LEVELS, UNKNOWN = 2.0, 0.25
+"""Times the wind-up over which a loop rises, and relative half width of its height's interval, that leave it open."""
 SAME = 0.02
 """Share by which the numbers of two laws may differ that are pieces of one."""
 SERIES = 3
@@ -168,7 +168,7 @@ def is_far(case: Case) -> bool:
     physics = fitted.model.physics
     if any(has_ended(fitted, case.terms, place) for place in range(given, len(physics))):
         return True
-    if any(never_slips(use, case.stand.scales) or never_levels(use, case.stand.scales) for use in physics[given:]):
+    if any(never_slips(use, case.stand.scales) for use in physics[given:]):
         return True
 
     def goes_on(knob: Knob, value: float) -> bool:
@@ -183,12 +183,21 @@ def is_far(case: Case) -> bool:
     return any(knob.place >= given and goes_on(knob, value) for knob, value in pairs)
 
 
-def never_levels(use: TermUse, scales: Scales) -> bool:
-    """Whether a loop is wider than the wind-up swings, so that nobody has seen how high it is.
+def never_levels(case: Case) -> bool:
+    """Whether a loop is wider than the wind-up swings and nobody can tell how high it would be.
 
-    A gearbox that creeps was a loop half as high again as the drive's torque, of a height from 0 to 28 N m.
+    Two gearboxes that creep were loops of the drive's torque and more, of heights from 0 to 28 and from 9 to 17 N m.
+    One of 2.5 times the wind-up is a loop for all that, where its height is known to a seventh.
     """
-    return use.term == "gearbox_hysteresis" and use.values["width_rad"] > 2.0 * scales.windup
+
+    def is_open(name: Name) -> bool:
+        if name.use.term != "gearbox_hysteresis" or "torque_nm" not in name.ci:
+            return False
+        low, high = name.ci["torque_nm"]
+        wide = name.use.values["width_rad"] > LEVELS * case.stand.scales.windup
+        return wide and high - low > UNKNOWN * (high + low)
+
+    return any(map(is_open, case.found))
 
 
 def is_in_pieces(case: Case) -> bool:
@@ -225,5 +234,5 @@ def is_at_end(knob: Knob, value: float) -> bool:
     return any(knob.is_at(end, value) for end in (knob.low, knob.high))
 
 
-SIGNS = (sets_in_anew, is_series, bent_by_law, is_far, is_in_pieces, sways)
+SIGNS = (sets_in_anew, is_series, bent_by_law, is_far, never_levels, is_in_pieces, sways)
 """Signs that what was found are pieces of something that has no name here."""
