@@ -179,6 +179,7 @@ def proof(kinds: tuple[str, ...] = HOSTILE, each: int = 4) -> dict[str, object]:
         "kinds": [{**row, "kind": kind, "silent": 0, "tracking": 0.004, "effort": 31.0} for kind in kinds],
         "confusion": confusion,
         "scores": scores,
+        "calibration": [{"from": 0.9, "to": 0.99, "said": 0.95, **rate(18, 20)}],
         "rivals": {f"least squares {kinds[0]}": {"first_name_right": rate(40, 100)}},
         "real": [{"recording": "emps", "withheld": "viscous_friction", "named": kinds[-1], "right": False}],
         "showcase": {

@@ -2,12 +2,16 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from joints import MODEL, without_speed
 
 from gsfdi.model import JointModel
 from gsfdi.reconcile import entries, reconcile, run
-from gsfdi.reconcile.parameters import Lone, lone_changes
+from gsfdi.reconcile.bench import bench
+from gsfdi.reconcile.compete import opening
+from gsfdi.reconcile.entries import APART, UNSEEN_APART
+from gsfdi.reconcile.parameters import Lone, lone_changes, shifts
 from gsfdi.simulate import simulate_record
 
 
@@ -65,8 +69,26 @@ def test_numbers_are_told_apart_more_readily_where_a_law_and_a_speed_are_known(
     monkeypatch.setattr(entries, "lone_changes", lone)
     record = simulate_record(off(motor_inertia=1.13), seed=1, duration=12.0)
     answer = reconcile([record], MODEL) if seen else reconcile([without_speed(record)], replace(MODEL, controller=None))
-    assert len(answer.omitted_physics) == 1
+    (entry,) = answer.omitted_physics
     assert (len(answer.indistinguishable) == 0) is seen
+    odds = [np.exp(-8.0 * place * (1.0 if seen else APART / UNSEEN_APART)) for place in range(4)]
+    assert entry["probability"] == pytest.approx(1.0 / sum(odds))
+
+
+def test_a_number_is_no_surer_than_the_sensor_whose_scale_does_the_same() -> None:
+    record = without_speed(simulate_record(off(torque_constant=0.9), seed=1, duration=30.0))
+    (entry,) = reconcile([record], replace(MODEL, controller=None)).omitted_physics
+    assert entry["term"] == "torque_constant_change"
+    assert entry["probability"] <= 1 / 3  # a scale of the current, and one of the position
+
+
+def test_a_number_beside_others_is_as_sure_as_its_interval_is_clear_of_what_may_be() -> None:
+    record = simulate_record(off(motor_inertia=1.3, stiffness=1.05), seed=1, duration=30.0)
+    moved = {shift.term: shift for shift in shifts(opening(bench([record], MODEL), MODEL, 0.0))}
+    assert {shift.is_news for shift in moved.values()} == {True, False}
+    for shift in moved.values():
+        assert (shift.probability > 0.5) is shift.is_news
+        assert (shift.probability > 0.975) is (shift.is_news and shift.is_sure)
 
 
 @pytest.mark.parametrize(

@@ -35,9 +35,10 @@ def test_the_page_holds_seal_figures_and_every_case() -> None:
     assert all(name in page for name in sealed["scores"])
     assert "96 of 100, 95 % interval" in page
     assert "gsfdi prove --check" in page
+    assert "said 90 % to 99 %, 95 % in the mean" in page
 
 
-@pytest.mark.parametrize("part", ["rivals", "real", "showcase"])
+@pytest.mark.parametrize("part", ["rivals", "calibration", "real", "showcase"])
 def test_what_a_proof_lacks_is_left_out(part: str) -> None:
     page = write({key: value for key, value in proof().items() if key != part})
     assert f'id="{part}"' not in page

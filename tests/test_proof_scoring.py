@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from gsfdi.proof.scoring import score
-from gsfdi.proof.summary import confusion, rate, summarise
+from gsfdi.proof.summary import calibration, confusion, rate, summarise
 
 
 def truth(**changed: Any) -> dict[str, Any]:
@@ -97,6 +97,18 @@ def test_a_name_for_nothing_is_a_false_discovery() -> None:
     rows = [score(null, reply("cogging")), score(null, reply("stiffness_change")), score(null, reply())]
     assert summarise(rows)["false_discovery_in_nulls"]["hits"] == 1
     assert confusion(rows)["(nothing)"]["cogging"] == 1
+
+
+def test_probabilities_are_held_against_what_came_true() -> None:
+    said = [("coulomb_friction", 0.95), ("cogging", 0.45), ("coulomb_friction", 1.0), ("cogging", 0.4)]
+    rows = [score(truth(), reply(omitted_physics=[{"term": term, "probability": p}])) for term, p in said]
+    low, high, sure = calibration(rows)
+    assert (low["from"], low["to"], low["hits"], low["of"]) == (0.0, 0.5, 0, 2)
+    assert low["said"] == pytest.approx(0.425)
+    assert (high["said"], high["hits"], high["of"]) == (0.95, 1, 1)
+    assert (sure["to"], sure["rate"]) == (1.0, 1.0)
+    assert calibration([score(truth(), {"answer": None, "seconds": 1.0, "trespasses": []})]) == []
+    assert calibration([score(truth(group="unknown"), reply("cogging"))]) == []
 
 
 def test_strangers_want_to_be_admitted() -> None:

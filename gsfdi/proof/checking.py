@@ -7,7 +7,7 @@ from typing import Any
 from gsfdi.errors import UnusableInputError
 from gsfdi.proof.scoring import score
 from gsfdi.proof.seal import answer_hashes, bound, opened, promised
-from gsfdi.proof.summary import by_kind, confusion, rivals, summarise
+from gsfdi.proof.summary import by_kind, calibration, confusion, rivals, summarise
 
 SCHEMA = "gsfdi/proof/1"
 
@@ -16,8 +16,8 @@ def scored(folder: Path) -> dict[str, Any]:
     """Open the seal of a folder and score its stored answers.
 
     Cases come in the random order of their names; a proof that ran out of time has answered the first of them, and no
-    answer may be missing among these. Returns what ``proof.json`` holds: the hashes, the figures, the rows by kind, the
-    confusion matrix, every score.
+    answer may be missing among these. Returns what ``proof.json`` holds: the hashes, the figures, how far probabilities
+    held, the rows by kind, the confusion matrix, every score.
     """
     truths, promise = opened(folder), promised(folder)
     answered = [name for name in sorted(truths) if (folder / "answers" / f"{name}.json").exists()]
@@ -34,6 +34,7 @@ def scored(folder: Path) -> dict[str, Any]:
         "not_reached": len(truths) - len(answered),
         "figures": summarise(rows),
         "rivals": rivals(rows),
+        "calibration": calibration(rows),
         "kinds": by_kind(rows),
         "confusion": confusion(rows),
         "scores": scores,
@@ -73,7 +74,7 @@ def check(folder: Path) -> dict[str, Any]:
         if one["trespassed"]:
             answer = folder / "answers" / f"{name}.json"
             raise UnusableInputError(answer, "was got by reading what the tool may not read", "its score is void")
-    for part in ("seal", "not_reached", "figures", "rivals", "kinds", "confusion", "scores"):
+    for part in ("seal", "not_reached", "figures", "rivals", "calibration", "kinds", "confusion", "scores"):
         if stored.get(part) != anew[part]:
             raise UnusableInputError(
                 path, f"its {part} are not what the answers give", "trust the answers; prove again"

@@ -16,7 +16,7 @@ What counts, decided before any answer was seen:
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from gsfdi.proof.world import spelled as parameter_name
@@ -74,6 +74,7 @@ def score(truth: Mapping[str, Any], reply: Mapping[str, Any]) -> dict[str, Any]:
         "extra": [name for name in named if name not in true and name not in equal],
         "silent": joint["verdict"] in QUIET,
         "puzzled": joint["verdict"] in PUZZLED,
+        "said": [] if stranger else list(_said(joint, named, true)),
         "located": _located(truth, joint),
         **_onset(truth, joint),
         "parameters": [] if stranger else list(_parameters(truth, joint)),
@@ -109,6 +110,7 @@ def _void(truth: Mapping[str, Any], trespassed: bool) -> dict[str, Any]:
         "extra": [],
         "silent": False,
         "puzzled": False,
+        "said": [],
         "located": None if not truth["effects"] else False,
         "onset_right": None,
         "onset_error_s": None,
@@ -138,6 +140,13 @@ def names(truth: Mapping[str, Any], joint: Mapping[str, Any]) -> list[str]:
     aside = {*truth["nominal_off"], *truth["known_off"]} - {effect["term"] for effect in truth["effects"]}
     given = [str(entry["term"]) for entry in joint.get("omitted_physics", [])]
     return list(dict.fromkeys(name for name in given if name not in aside and not name.startswith("controller_")))
+
+
+def _said(joint: Mapping[str, Any], named: Iterable[str], true: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """Give the probability that the answer gave each name that counts, and whether that is a true one."""
+    for entry in joint.get("omitted_physics", []):
+        if entry["term"] in named and entry.get("probability") is not None:
+            yield {"probability": float(entry["probability"]), "right": entry["term"] in true}
 
 
 def _set_of(joint: Mapping[str, Any], named: Iterable[str]) -> set[str]:

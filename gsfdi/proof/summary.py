@@ -115,6 +115,27 @@ def _fits(scores: Sequence[Score]) -> dict[str, Any]:
     }
 
 
+STEPS = (0.0, 0.5, 0.9, 0.99, 1.0)
+"""Bounds between which probabilities are pooled."""
+
+
+def calibration(scores: Sequence[Score]) -> list[dict[str, Any]]:
+    """How often names were right, by the probability that the tool gave them; one row per span of `STEPS` in use."""
+    said = [one for score in scores for one in score["said"]]
+    place = np.digitize([one["probability"] for one in said], STEPS[1:-1])
+    pools = [[one for one, at in zip(said, place, strict=True) if at == span] for span in range(len(STEPS) - 1)]
+    return [
+        {
+            "from": STEPS[span],
+            "to": STEPS[span + 1],
+            "said": float(np.mean([one["probability"] for one in pool])),
+            **rate(sum(one["right"] for one in pool), len(pool)),
+        }
+        for span, pool in enumerate(pools)
+        if pool
+    ]
+
+
 def by_kind(scores: Sequence[Score]) -> list[dict[str, Any]]:
     """One row per kind and size: how often the first name was right, the set held it, the place was right."""
     rows: dict[tuple[str, str], list[Score]] = defaultdict(list)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from math import inf
+from math import exp, inf
 from typing import Any
 
 from gsfdi.model import TermUse
@@ -47,6 +47,7 @@ def law_entries(case: Case) -> list[dict[str, Any]]:
     """Entries for what the law check found."""
     entries = []
     axis = case.nominal.axis
+    told = 1.0 / len(UNSEEN_SPEED) if is_speed_untold(case) else 1.0
     for finding in case.findings:
         term = case.terms.get(finding.term)
         component = term.component if term is not None else "controller"
@@ -66,7 +67,7 @@ def law_entries(case: Case) -> list[dict[str, Any]]:
                 "term": finding.term,
                 "component": component,
                 "side": None,
-                "probability": 0.99,
+                "probability": finding.probability * (told if finding.term in UNSEEN_SPEED else 1.0),
                 "parameters": numbers,
                 "onset_s": finding.onset,
                 "says": sentence(use, term, finding.share, axis, ()),
@@ -115,7 +116,7 @@ def shift_entries(moved: Sequence[Shift]) -> list[dict[str, Any]]:
             "term": s.term,
             "component": home.get(s.term, "link"),
             "side": None,
-            "probability": 0.95,
+            "probability": s.probability,
             "parameters": {"ratio": {"value": s.ratio, "ci95": [s.low, s.high]}},
             "onset_s": None,
             "says": f"a number of the linear model is {100 * (s.ratio - 1):+.1f} % off; that is no missing physics.",
@@ -151,7 +152,9 @@ def parameters_of(case: Case, sole: float = SOLE) -> tuple[Case, list[Shift], li
         most = max(sole, (TRIFLE if shift.is_news else NO_NEWS) * gain)
         if lone.cost < most and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > needed:
             near = [other.shift.term for other in alone[1:] if other.cost < lone.cost + max(apart, lone.cost)]
-            shift = replace(shift, alike=(*near, *likes_of(shift.term, case)))
+            likes = likes_of(shift.term, case)
+            odds = [exp((lone.cost - other.cost) * APART / apart) for other in alone]
+            shift = replace(shift, alike=(*near, *likes), probability=1.0 / (sum(odds) + len(likes)))
             return replace(case, hand=around(case.first, lone.fitted)), [shift], [shift]
     return case, news, moved
 
@@ -186,14 +189,18 @@ def likes_of(term: str, case: Case) -> tuple[str, ...]:
     return ("current_gain",) if case.stand.sees_speed else ("current_gain", "position_gain")
 
 
+def is_speed_untold(case: Case) -> bool:
+    """Whether nothing but the law tells of a speed, so that it cannot say what made its share seem larger or less."""
+    law = case.nominal.controller
+    ahead = case.stand.lever > 0 and law is not None and law.rate_feedforward != 0
+    return not case.stand.sees_speed and not ahead
+
+
 def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
     """Sets of terms that the data cannot tell apart."""
     found = [(name.use.term, *name.close) for name in case.found if name.close]
-    law = case.nominal.controller
-    ahead = case.stand.lever > 0 and law is not None and law.rate_feedforward != 0
     named = {name.use.term for name in case.found} | {finding.term for finding in case.findings}
-    alike = not case.stand.sees_speed and not ahead and {f.term for f in case.findings} & set(UNSEEN_SPEED)
-    if alike:
+    if is_speed_untold(case) and any(f.term in UNSEEN_SPEED for f in case.findings):
         found.append(UNSEEN_SPEED)
     elif case.stand.lever > 0 and "position_gain" in named:
         found.append(("position_gain", "velocity_gain"))  # a speed that the law told shows both

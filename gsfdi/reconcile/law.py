@@ -28,6 +28,7 @@ from gsfdi.reconcile.sheet import (
     columns_of,
     hiss,
     level,
+    likeliest,
     misfits,
     scaled,
     waiting,
@@ -113,7 +114,7 @@ def checked(records: Sequence[JointRecord], model: JointModel, most: int) -> Law
         trials = with_positions(trials, records, model)
         if not trials:
             break
-        held = replace(held, findings=(*held.findings, max(trials, key=lambda f: f.gain)))
+        held = replace(held, findings=(*held.findings, likeliest(trials)))
     findings = tuple(f for f in held.findings if f.term != LAG)
     clocked = len(findings) < len(held.findings) or held.late > 0  # the noise of another moment hisses, too
     if measured and not clocked and (left := hiss(held.off)) > FAR * noise:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from operator import attrgetter
 
 import numpy as np
+from scipy.special import ndtr
 
 from gsfdi.fit import Fitted, Knob, levenberg
 from gsfdi.model import JointModel
@@ -36,7 +37,8 @@ SNUG = 0.01 / DOUBT
 class Shift:
     """A parameter of the plant as the data have it, over its nominal value, with a 95 % interval.
 
-    `tolerance` is the share by which it may be off without that being news; `alike` are terms that would do as well.
+    `tolerance` is the share by which it may be off without that being news; `probability` that of its being news or,
+    where one alone accounts for everything, of its being this one; `alike` are terms that would do as well.
     """
 
     term: str
@@ -44,6 +46,7 @@ class Shift:
     low: float
     high: float
     tolerance: float
+    probability: float = 1.0
     alike: tuple[str, ...] = ()
 
     @property
@@ -66,7 +69,9 @@ def shifts(hand: Round) -> list[Shift]:
         if knob.place == -1 and knob.prior and knob.name in TERM_OF:
             ratio, width = value / knob.prior, 1.96 * sd / abs(knob.prior)
             tolerance = TOLERANCE * knob.doubt / abs(knob.prior)
-            found.append(Shift(TERM_OF[knob.name], float(ratio), float(ratio - width), float(ratio + width), tolerance))
+            news = float(ndtr(1.96 * (abs(ratio - 1) - tolerance) / max(width, 1e-12)))
+            bounds = float(ratio - width), float(ratio + width)
+            found.append(Shift(TERM_OF[knob.name], float(ratio), *bounds, tolerance, news))
     return found
 
 

@@ -32,7 +32,7 @@ class LawFinding:
     """Something that the law lacks: a term id, its values, its onset, and how likely the next best is.
 
     `share` is the part of the law's misfit that it explains; `spread` the standard deviation of its first value;
-    `windup` what the integral does at a limit.
+    `windup` what the integral does at a limit; `probability` its own beside whatever else the law was seen to lack.
     """
 
     term: str
@@ -42,6 +42,14 @@ class LawFinding:
     share: float
     spread: float
     windup: Windup = "rests"
+    probability: float = 1.0
+
+
+def likeliest(found: Sequence[LawFinding]) -> LawFinding:
+    """The finding that gains most, with its probability beside those of other terms, all equally likely before."""
+    best = max(found, key=lambda f: f.gain)
+    others = sum(float(np.exp(f.gain - best.gain)) for f in found if f.term != best.term)
+    return replace(best, probability=1.0 / (1.0 + others))
 
 
 def joined(findings: Sequence[LawFinding], new: LawFinding) -> tuple[LawFinding, ...]:

@@ -1,9 +1,9 @@
 """The page of ``gsfdi prove``: what was promised before the first case, and how it came out.
 
 It is drawn from ``proof.json`` (`gsfdi.proof.summary` has its figures). Keys that a proof may lack are left out of the
-page: ``rivals`` (name -> figures of the same names), ``real`` (rows of ``recording``, ``withheld``, ``named``,
-``right``), and ``showcase``, a mapping with ``title``, ``says``, ``truth`` and ``overlays`` as in
-`gsfdi.reports.reconcile_page`.
+page: ``rivals`` (name -> figures of the same names), ``calibration`` (rows of `summary.calibration`), ``real`` (rows of
+``recording``, ``withheld``, ``named``, ``right``), and ``showcase``, a mapping with ``title``, ``says``, ``truth`` and
+``overlays`` as in `gsfdi.reports.reconcile_page`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -169,6 +169,26 @@ def rivals(proof: Fields) -> Iterator[Figure]:
             yield Figure(caption, Markup(draw_bars(caption, spoken, bars, 1.0)))
 
 
+def calibrated(proof: Fields) -> Iterator[Figure]:
+    """Draw how often names were right, by the probability that they were given."""
+    bars = [
+        Bar(
+            f"said {percent(row['from'])} to {percent(row['to'])}, {percent(row['said'])} in the mean",
+            row["rate"],
+            low,
+            high,
+            tone="after",
+            note=f"{row['hits']} of {row['of']}",
+        )
+        for row in proof.get("calibration") or ()
+        for low, high in [row["ci95"]]
+    ]
+    if bars:
+        caption = "Share of the names that are true ones, by the probability that the tool gave them."
+        spoken = "; ".join(f"{bar.label}: {bar.note}" for bar in bars)
+        yield Figure(caption, Markup(draw_bars(caption, spoken, bars, 1.0)))
+
+
 def sizes(kinds: Sequence[Fields]) -> list[dict[str, object]]:
     """Give the rows by kind and size as the table prints them."""
     return [
@@ -243,6 +263,7 @@ def write(proof: Fields) -> str:
             "hiding": [*hiding(proof["scores"])],
             "confusion": [*confused(proof)],
             "rivals": [*rivals(proof)],
+            "calibration": [*calibrated(proof)],
             "fits": [
                 {"channel": "{} [{}]".format(*quantity(name)), **row}
                 for name, row in (figures.get("fit") or {}).items()
