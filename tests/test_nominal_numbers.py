@@ -77,9 +77,15 @@ def test_numbers_are_told_apart_more_readily_where_a_law_and_a_speed_are_known(
 
 def test_a_number_is_no_surer_than_the_sensor_whose_scale_does_the_same() -> None:
     record = without_speed(simulate_record(off(torque_constant=0.9), seed=1, duration=30.0))
-    (entry,) = reconcile([record], replace(MODEL, controller=None)).omitted_physics
+    answer = reconcile([record], replace(MODEL, controller=None))
+    (entry,) = answer.omitted_physics
     assert entry["term"] == "torque_constant_change"
-    assert entry["probability"] <= 1 / 3  # a scale of the current, and one of the position
+    assert entry["probability"] == pytest.approx(1 / 1.6, abs=0.01)  # a scale of the current, and one of the position
+    shown = answer.evidence["ranking"][:6]
+    assert [row["term"] for row in shown[:3]] == [entry["term"], "current_gain", "position_gain"]
+    assert sum(row["probability"] for row in shown) == pytest.approx(1.0)
+    assert answer.mismatch["effect"] > 0.5
+    assert answer.mismatch["p_value"] < 1e-9
 
 
 def test_a_number_beside_others_is_as_sure_as_its_interval_is_clear_of_what_may_be() -> None:

@@ -9,8 +9,8 @@ from typing import Any
 from gsfdi.model import TermUse
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.hand import around
-from gsfdi.reconcile.judge import Name
-from gsfdi.reconcile.parameters import PINNED, SNUG, SOLE, TERM_OF, Shift, all_kept, lone_changes, shifts
+from gsfdi.reconcile.judge import UNLIKELY, Name
+from gsfdi.reconcile.parameters import PINNED, SNUG, SOLE, TERM_OF, Lone, Other, Shift, all_kept, lone_changes, shifts
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
@@ -151,12 +151,33 @@ def parameters_of(case: Case, sole: float = SOLE) -> tuple[Case, list[Shift], li
         needed = 0.003 if leeway == PINNED else shift.tolerance
         most = max(sole, (TRIFLE if shift.is_news else NO_NEWS) * gain)
         if lone.cost < most and not shift.low < 1 < shift.high and abs(shift.ratio - 1) > needed:
-            near = [other.shift.term for other in alone[1:] if other.cost < lone.cost + max(apart, lone.cost)]
-            likes = likes_of(shift.term, case)
-            odds = [exp((lone.cost - other.cost) * APART / apart) for other in alone]
-            shift = replace(shift, alike=(*near, *likes), probability=1.0 / (sum(odds) + len(likes)))
+            others = others_than(lone, alone, likes_of(shift.term, case), apart)
+            own = 1.0 - sum(other.probability for other in others)
+            shift = replace(shift, probability=own, others=others, gain=gain)
             return replace(case, hand=around(case.first, lone.fitted)), [shift], [shift]
-    return case, news, moved
+    return case, [replace(s, gain=gain) for s in news], moved
+
+
+def others_than(lone: Lone, alone: Sequence[Lone], twins: Sequence[str], apart: float) -> tuple[Other, ...]:
+    """What might account for everything in the place of one number: the other numbers, and what does the same.
+
+    Parameters
+    ----------
+    lone : Lone
+        The number that costs least.
+    alone : sequence of Lone
+        All of them.
+    twins : sequence of str
+        Sensors whose scale nothing tells from it.
+    apart : float
+        Log-likelihood by which another must fall behind to be told from it. Where that is more than `APART`, costs are
+        larger than chance makes them, and count as much less.
+    """
+    costs = dict.fromkeys(twins, 0.0) | {one.shift.term: one.cost - lone.cost for one in alone if one is not lone}
+    odds = {term: exp(-cost * APART / apart) for term, cost in costs.items()}
+    odds |= dict.fromkeys(twins, UNLIKELY["sensor"])
+    near, whole = max(apart, lone.cost), 1.0 + sum(odds.values())
+    return tuple(Other(term, costs[term], odds[term] / whole, costs[term] < near) for term in costs)
 
 
 def nearly_alone(case: Case) -> tuple[Case, list[Shift], float] | None:

@@ -1,6 +1,6 @@
 """Arrays for the page: overlays on held-out time, residual maps before and after, and the ranking of hypotheses."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,9 @@ from gsfdi.model import JointModel
 from gsfdi.reconcile import locate
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.case import Case
+from gsfdi.reconcile.entries import law_entries
 from gsfdi.reconcile.judge import CLOSE
+from gsfdi.reconcile.parameters import Shift
 from gsfdi.reconcile.say import experiment
 from gsfdi.reconcile.verify import free_run
 from gsfdi.types import Array
@@ -20,14 +22,19 @@ PROFILE = 40
 
 
 def evidence_of(
-    case: Case, model: JointModel, before: Sequence[Array], after: Sequence[Array], groups: Sequence[Sequence[str]]
+    case: Case,
+    model: JointModel,
+    before: Sequence[Array],
+    after: Sequence[Array],
+    groups: Sequence[Sequence[str]],
+    lone: Sequence[Shift],
 ) -> dict[str, Any]:
     """Gather everything that the page draws."""
     return {
         "overlays": overlays(case.logged, case.nominal, model),
         "profiles": profiles(case.stand, before, after),
         "maps": maps(case.stand, before, after),
-        "ranking": ranking(case),
+        "ranking": [*of_law(case), *of_numbers(lone), *ranking(case)],
         "experiments": [experiment(group) for group in groups],
     }
 
@@ -123,6 +130,25 @@ def _means(values: Array, cell: Array, count: int) -> Array:
     number = np.bincount(cell[inside], minlength=count)
     total = np.bincount(cell[inside], values[inside], count)
     return np.where(number > 0, total / np.maximum(number, 1), np.nan)
+
+
+def of_law(case: Case) -> Iterator[dict[str, Any]]:
+    """What the law or the values themselves told."""
+    for entry, finding in zip(law_entries(case), case.findings, strict=True):
+        why = f"takes {100 * finding.share:.0f} % off the misfit of the law; log-likelihood {finding.gain:+.1f}"
+        yield {"term": finding.term, "side": None, "probability": entry["probability"], "why": why}
+
+
+def of_numbers(moved: Sequence[Shift]) -> Iterator[dict[str, Any]]:
+    """Numbers of the plant that were named, and what might be off in the place of one."""
+    for shift in moved:
+        alone = "alone accounts for what is missing" if shift.others else "is off beside others"
+        why = f"{alone}: all that are off gain {shift.gain:.1f} in log-likelihood"
+        yield {"term": shift.term, "side": None, "probability": shift.probability, "why": why}
+        for other in shift.others:
+            told = "cannot be told apart" if other.is_alike else "lost"
+            why = f"in the place of {shift.term}: {told}, log-likelihood {-other.cost:+.1f} beside it"
+            yield {"term": other.term, "side": None, "probability": other.probability, "why": why}
 
 
 def ranking(case: Case) -> list[dict[str, Any]]:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
@@ -33,12 +34,22 @@ SNUG = 0.01 / DOUBT
 """The same where the others may give way a little: a joint and its simulation also differ in how friction turns."""
 
 
+class Other(NamedTuple):
+    """What might account for everything in the place of one number: the log-likelihood that costs beside it."""
+
+    term: str
+    cost: float
+    probability: float
+    is_alike: bool
+
+
 @dataclass(frozen=True, slots=True)
 class Shift:
     """A parameter of the plant as the data have it, over its nominal value, with a 95 % interval.
 
     `tolerance` is the share by which it may be off without that being news; `probability` that of its being news or,
-    where one alone accounts for everything, of its being this one; `alike` are terms that would do as well.
+    where one alone accounts for everything, of its being this one and none of the `others`; `gain` the log-likelihood
+    that parameters gain.
     """
 
     term: str
@@ -47,7 +58,13 @@ class Shift:
     high: float
     tolerance: float
     probability: float = 1.0
-    alike: tuple[str, ...] = ()
+    others: tuple[Other, ...] = ()
+    gain: float = 0.0
+
+    @property
+    def alike(self) -> tuple[str, ...]:
+        """Terms that would do as well."""
+        return tuple(other.term for other in self.others if other.is_alike)
 
     @property
     def is_news(self) -> bool:

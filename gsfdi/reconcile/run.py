@@ -32,6 +32,7 @@ from gsfdi.reconcile.held import told_by_effort
 from gsfdi.reconcile.judge import names
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import all_offers
+from gsfdi.reconcile.parameters import Shift
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.say import bent, rewritten, summary, timed
 from gsfdi.reconcile.screen import screen
@@ -124,8 +125,8 @@ def _told(case: Case) -> Reconciliation:
         verdict=verdict,
         mismatch={
             "detected": moved_off,
-            "p_value": _p_value(case),
-            "effect": max([1.0 - case.noise_share, *(f.share for f in case.findings)]),
+            "p_value": _p_value(case, lone),
+            "effect": _effect(case, lone, before, after),
             "remains": left,
             "smallest_seen": smallest_seen(case, verdict),
             **locate.shares(stand, before, after),
@@ -137,7 +138,7 @@ def _told(case: Case) -> Reconciliation:
         fit=fit,
         says=says + timed(shift_of(case.hand.fitted.model)),
         updated_model=model if verdict in ("explained", "partly_explained") or anew else None,
-        evidence=evidence_of(case, model, before, after, groups),
+        evidence=evidence_of(case, model, before, after, groups, lone),
     )
 
 
@@ -148,9 +149,16 @@ def told_of(case: Case, verdict: Outcome, left: float) -> tuple[float, str]:
     return left, "missing torque"
 
 
-def _p_value(case: Case) -> float:
-    """Probability that chance alone gains as much as the first winner did, or what is wrong of law or values."""
-    surest = max((f.gain for f in case.findings), default=0.0)
+def _effect(case: Case, lone: Sequence[Shift], before: Sequence[Array], after: Sequence[Array]) -> float:
+    """Share of the mismatch above its noise: beside parameters, or what those that are named take off the whole."""
+    was, remains = (float(sum(part @ part for part in parts)) for parts in (before, after))
+    taken = max(1.0 - remains / was, 0.0) if lone and was > 0 else 0.0
+    return max([1.0 - case.noise_share, taken, *(f.share for f in case.findings)])
+
+
+def _p_value(case: Case, lone: Sequence[Shift]) -> float:
+    """Probability that chance alone gains as much as the first winner did, or what is wrong of law, values or plant."""
+    surest = max([0.0, *(f.gain for f in case.findings), *(s.gain for s in lone)])
     if surest > 0.0:
         return float(np.exp(-surest))
     contest = case.contests[0]
