@@ -14,7 +14,7 @@ from gsfdi.proof.concealment import concealment
 from gsfdi.proof.kinds import KINDS
 from gsfdi.proof.mechanics import TURN, stop_by_friction
 from gsfdi.proof.motions import draw as draw_motion
-from gsfdi.proof.world import Effect, Joint, Motion, World, run
+from gsfdi.proof.world import Effect, Joint, Motion, World, filtered, run
 
 HOME = Path(gsfdi.__file__).parent
 OPPONENT = (
@@ -178,3 +178,14 @@ def test_scales_are_the_joints_own(motion: Motion) -> None:
     scales = scales_of(World(Joint()), (motion,))
     assert scales.speed < 0.07
     assert scales.torque > 0.0
+
+
+@pytest.mark.parametrize("lag", [1e-6, 0.01, 0.5])
+def test_a_lag_of_the_speed_is_that_of_the_filter_however_short(lag: float) -> None:
+    t = np.sort(np.r_[0.0, 3.0, np.random.default_rng(1).uniform(0.0, 3.0, 300)])
+    traces, noise = np.zeros((len(t), 3)), np.zeros((len(t), 3))
+    traces[:, 1] = np.sin(3.0 * t)
+    exact = np.imag(np.exp(3j * t) / (1 + 3j * lag))
+    exact -= exact[0] * np.exp(-t / lag)
+    slow = filtered(t, traces, noise, Effect("velocity_lag", {"lag_s": lag}))
+    np.testing.assert_allclose(slow[:, 1], exact, atol=1e-5)
