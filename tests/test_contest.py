@@ -8,8 +8,9 @@ import pytest
 
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile import compete
-from gsfdi.reconcile.compete import PROMISED, SETTLED, TRIVIAL, least_promise, pursued, to_settle
+from gsfdi.reconcile import compete, contest
+from gsfdi.reconcile.compete import PROMISED, least_promise
+from gsfdi.reconcile.contest import SETTLED, TRIVIAL, pursued, to_settle
 from gsfdi.reconcile.offer import Offer
 from gsfdi.reconcile.screen import LEAST, Entry
 from gsfdi.registry import shelf
@@ -46,17 +47,17 @@ def test_a_rival_is_left_where_it_is_far_behind(
     monkeypatch: pytest.MonkeyPatch, gains: tuple[float, float], left_at: str
 ) -> None:
     of = {"best": 1000.0, "glance": gains[0] * 1000.0, "turn": gains[1] * 1000.0}
-    monkeypatch.setattr(compete, "likelier", lambda new, old: of[new])
-    monkeypatch.setattr(compete, "at_a_glance", lambda *_: "glance")
-    monkeypatch.setattr(compete, "coarse", lambda *_: "turn")
-    monkeypatch.setattr(compete, "refined", lambda *_: "round")
+    monkeypatch.setattr(contest, "likelier", lambda new, old: of[new])
+    monkeypatch.setattr(contest, "at_a_glance", lambda *_: "glance")
+    monkeypatch.setattr(contest, "coarse", lambda *_: "turn")
+    monkeypatch.setattr(contest, "refined", lambda *_: "round")
     anything: Any = SimpleNamespace(stand=None, model=None, knobs=())
     best: Any = "best"
     assert pursued(anything, anything, best, np.ones(1)) == left_at
 
 
 def test_the_first_is_settled_whatever_its_first_turn_gains(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compete, "likelier", lambda new, old: -1e5)
-    monkeypatch.setattr(compete, "settle", lambda *_: "round")
+    monkeypatch.setattr(contest, "likelier", lambda new, old: -1e5)
+    monkeypatch.setattr(contest, "settle", lambda *_: "round")
     anything: Any = SimpleNamespace(stand=None, model=None, knobs=())
     assert pursued(anything, anything, None, np.ones(1)) == "round"

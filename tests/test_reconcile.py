@@ -17,7 +17,8 @@ from gsfdi.reconcile import Reconciliation, reconcile, twin, verdict
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.clean import learn_law
-from gsfdi.reconcile.compete import Contest, is_dated, is_over, opening, to_settle
+from gsfdi.reconcile.compete import is_dated, is_over, opening
+from gsfdi.reconcile.contest import Contest, to_settle
 from gsfdi.reconcile.dating import dated, middle, moments_of
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.entries import ranked

@@ -9,7 +9,7 @@ from gsfdi.fit import Started
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.compete import Contest
+from gsfdi.reconcile.contest import Contest
 from gsfdi.reconcile.contract import Settled
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.hand import Round

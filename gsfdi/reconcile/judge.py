@@ -8,7 +8,7 @@ import numpy as np
 from gsfdi.fit import Fitted
 from gsfdi.model import TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import Contest
+from gsfdi.reconcile.contest import Contest
 from gsfdi.reconcile.contract import LATE
 from gsfdi.reconcile.dating import dated
 from gsfdi.reconcile.doubted import freed

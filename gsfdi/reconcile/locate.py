@@ -9,7 +9,7 @@ import numpy as np
 from gsfdi.channels import CHANNELS
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
-from gsfdi.reconcile.compete import Contest
+from gsfdi.reconcile.contest import Contest
 from gsfdi.reconcile.contract import Settled
 from gsfdi.reconcile.remainder import missing_torque
 from gsfdi.registry import shelf

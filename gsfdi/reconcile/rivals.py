@@ -8,7 +8,7 @@ import numpy as np
 from gsfdi.fit import Fitted, Knob
 from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile.compete import Contest
+from gsfdi.reconcile.contest import Contest
 from gsfdi.reconcile.finalists import KNOB_COST, has_ended, is_at_bound, is_chance, never_slips
 from gsfdi.reconcile.hand import Round, settle, sticks, with_term, without_terms
 from gsfdi.reconcile.knobs import term_knobs

@@ -12,7 +12,8 @@ from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import locate, verify
 from gsfdi.reconcile.calibrate import by_chance
 from gsfdi.reconcile.case import Case
-from gsfdi.reconcile.compete import DETAIL, MAIN, Contest, compete, resumed, undecided
+from gsfdi.reconcile.compete import DETAIL, MAIN, compete, resumed
+from gsfdi.reconcile.contest import Contest, undecided
 from gsfdi.reconcile.contract import Settled
 from gsfdi.reconcile.enough import hardly_moves, nothing_told
 from gsfdi.reconcile.entries import (

@@ -17,7 +17,8 @@ from gsfdi.model import JointModel, Plant
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.clean import rough_law
-from gsfdi.reconcile.compete import contend, opening, rewritten
+from gsfdi.reconcile.compete import opening, rewritten
+from gsfdi.reconcile.contest import contend
 from gsfdi.reconcile.contract import Settled, settle_contract
 from gsfdi.reconcile.finalists import CHANCE, PLAIN
 from gsfdi.reconcile.hand import Round
