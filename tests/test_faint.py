@@ -12,7 +12,7 @@ from rigid import WET, swept
 from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.finalists import SEEN, SLIP, unslipped
-from gsfdi.reconcile.judge import Name, Rival
+from gsfdi.reconcile.judge import ELSE, Name, Rival, weighed
 from gsfdi.reconcile.law import check_law
 from gsfdi.simulate import simulate_record
 
@@ -63,6 +63,15 @@ def test_what_is_fifty_times_less_likely_is_not_told_apart() -> None:
     drag, warm = TermUse("viscous_friction", {}), TermUse("temperature_dependent_friction", {})
     assert Name(drag, 0.98, 1.0, {}, (Rival(warm, -4.0, 0.02),)).close == ("temperature_dependent_friction",)
     assert Name(drag, 0.995, 1.0, {}, (Rival(warm, -6.0, 0.005),)).close == ()
+
+
+@pytest.mark.parametrize("ahead", [0.0, 3.0, 1e3])
+def test_some_probability_is_left_for_what_nobody_thought_of(ahead: float) -> None:
+    drag, warm = TermUse("viscous_friction", {}), TermUse("temperature_dependent_friction", {})
+    rival: Any = SimpleNamespace(model=SimpleNamespace(physics=(warm,)))
+    name, _ = weighed(drag, ahead, [(-ahead, rival)], [0.0])
+    assert name.probability == pytest.approx((1.0 - ELSE) / (1.0 + np.exp(-ahead)))
+    assert name.certainty <= 1.0 - ELSE + 1e-12
 
 
 @pytest.mark.parametrize("name", ["proportional", "integral", "derivative"])

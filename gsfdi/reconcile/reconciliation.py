@@ -32,6 +32,8 @@ class Reconciliation:
     says : str
         One sentence for a person.
     updated_model : JointModel or None
+    together : tuple of mapping
+        Quotients and products of numbers that are known far better than these (see `gsfdi.reconcile.together`).
     evidence : mapping
         Arrays for the page: ``overlays``, ``profiles``, ``maps``, ``ranking``, ``experiments`` (see
         `gsfdi.reports.reconcile_page`).
@@ -47,6 +49,7 @@ class Reconciliation:
     fit: Mapping[str, Any]
     says: str
     updated_model: JointModel | None = None
+    together: tuple[Mapping[str, Any], ...] = ()
     evidence: Mapping[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
@@ -59,6 +62,7 @@ class Reconciliation:
             "omitted_physics": [dict(entry) for entry in self.omitted_physics],
             "indistinguishable": [list(group) for group in self.indistinguishable],
             "parameters": dict(self.parameters),
+            "together": [dict(pair) for pair in self.together],
             "fit": dict(self.fit),
             "says": self.says,
         }

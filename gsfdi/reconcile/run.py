@@ -39,6 +39,7 @@ from gsfdi.reconcile.say import bent, rewritten, summary, timed
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
 from gsfdi.reconcile.ticks import shift_of
+from gsfdi.reconcile.together import together
 from gsfdi.reconcile.twin import gain_of_term, is_feigned
 from gsfdi.reconcile.verdict import PARTLY, bent_by_law, is_hopeless, left_of, verdict_of
 from gsfdi.reconcile.verify import left_over
@@ -139,6 +140,7 @@ def _told(case: Case) -> Reconciliation:
         fit=fit,
         says=says + timed(shift_of(case.hand.fitted.model)),
         updated_model=model if verdict in ("explained", "partly_explained") or anew else None,
+        together=tuple(together(case.hand, len(case.settled.model.physics))) if entries else (),
         evidence=evidence_of(case, model, before, after, groups, lone),
     )
 

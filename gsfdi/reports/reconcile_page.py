@@ -250,6 +250,7 @@ def part(index: int, story: Story, columns: int) -> dict[str, object]:
         "location": joint.get("location") or {},
         "signals": ", ".join(quantity(name)[0] for name in (joint.get("location") or {}).get("signals") or ()),
         "terms": [{"term": term, "name": named(term), "rows": parameters(term)} for term in joint["omitted_physics"]],
+        "together": joint.get("together") or (),
         "unseen": unseen(joint),
         "indistinguishable": [" · ".join(map(words, group)) for group in joint.get("indistinguishable") or ()],
         "experiments": list(evidence.get("experiments", ())),
