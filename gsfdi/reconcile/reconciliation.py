@@ -32,11 +32,11 @@ class Reconciliation:
     says : str
         One sentence for a person.
     updated_model : JointModel or None
-    together : tuple of mapping
-        Quotients and products of numbers that are known far better than these (see `gsfdi.reconcile.together`).
     evidence : mapping
         Arrays for the page: ``overlays``, ``profiles``, ``maps``, ``ranking``, ``experiments`` (see
         `gsfdi.reports.reconcile_page`).
+    together : tuple of mapping
+        Quotients and products of numbers that are known far better than these (see `gsfdi.reconcile.together`).
     """
 
     joint: str
@@ -49,8 +49,8 @@ class Reconciliation:
     fit: Mapping[str, Any]
     says: str
     updated_model: JointModel | None = None
-    together: tuple[Mapping[str, Any], ...] = ()
     evidence: Mapping[str, Any] = field(default_factory=dict)
+    together: tuple[Mapping[str, Any], ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Give the joint's object in ``reconcile.json``."""
