@@ -4,10 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints import MODEL
 from rigid import JOINT, WET, swept
 
 from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.bench import bench
+from gsfdi.reconcile.forms import plainer
+from gsfdi.reconcile.hand import settle, started, with_term
+from gsfdi.reconcile.knobs import plant_knobs, start_knobs, term_knobs
+from gsfdi.reconcile.noise import effort_floor
 from gsfdi.simulate import simulate_record
 
 
@@ -72,3 +78,20 @@ def test_a_friction_that_is_the_same_at_any_temperature_is_not_said_to_depend_on
     answer = reconcile([replace(record, channels=warmer)], JOINT, without=("viscous_friction",))
     assert answer.verdict in {"unexplained", "partly_explained"}
     assert "temperature_dependent_friction" not in {entry["term"] for entry in answer.omitted_physics}
+
+
+@pytest.mark.parametrize("turns", [0.0, 1e-3])
+def test_a_friction_turns_round_at_once_again_where_what_it_was_fitted_beside_is_there_now(turns: float) -> None:
+    own = {"torque_nm": 1.0, "smooth_rad_s": turns}
+    true = replace(MODEL, physics=(TermUse("coulomb_friction", own, "output"),))
+    stand = bench([simulate_record(true, seed=4, duration=40.0)], MODEL)
+    floor = effort_floor(stand)
+    smooth = TermUse("coulomb_friction", {**own, "smooth_rad_s": max(turns, 5e-5)}, "output")
+    model = with_term(started(MODEL, 1), smooth)
+    knobs = [*plant_knobs(MODEL, "motor_current"), *start_knobs(stand), *term_knobs(stand, model, 0)]
+    hand = settle(stand, model, knobs, floor)
+    plain = plainer(hand, floor)
+    (found,) = plain.fitted.model.physics
+    assert ("smooth_rad_s" in found.values) is (turns > 0)
+    assert (plain is hand) is (turns > 0)
+    assert found.values["torque_nm"] / plain.fitted.model.plant.torque_constant == pytest.approx(1.0 / 0.6, rel=0.01)

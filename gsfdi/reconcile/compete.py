@@ -11,7 +11,7 @@ from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.contest import TRIVIAL, Contest, contend
 from gsfdi.reconcile.driving import levels
 from gsfdi.reconcile.finalists import settled_onset
-from gsfdi.reconcile.forms import relawed, retuned
+from gsfdi.reconcile.forms import plainer, relawed, retuned
 from gsfdi.reconcile.hand import (
     Round,
     exact,
@@ -206,6 +206,7 @@ def _rounds(
         before, hand = hand, simplified(settled, given)
         if only_mends_flanks(hand, given, shelf_terms):
             return first, before, contests
+        hand = plainer(hand, floor)
         for place, use in list(enumerate(hand.fitted.model.physics))[given:-1]:  # beside what has come since
             hand = settled_onset(hand, place, floor)
             hand = relawed(hand, place, shelf_terms[use.term], floor)

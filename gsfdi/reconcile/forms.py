@@ -262,3 +262,16 @@ def unrefined(hand: Round) -> Round:
             if fitted.cost - hand.fitted.cost < LEAST:
                 hand = around(hand, fitted)
     return hand
+
+
+def plainer(hand: Round, floor: Array) -> Round:
+    """Settle the model in hand without the details that what came since has made needless, if it is as likely then.
+
+    A Coulomb friction that turned round over 7e-5 rad/s kept to the least that such a detail may be once a grease had
+    joined it. Without it both gained 1,021, and no Stribeck friction came to mend them.
+    """
+    plain = unrefined(hand)
+    if plain is hand:
+        return hand
+    settled = settle(hand.stand, plain.fitted.model, plain.fitted.knobs, floor)
+    return settled if likelier(settled, hand) > -LEAST else hand
