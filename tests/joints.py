@@ -22,6 +22,13 @@ MODEL = JointModel(
 )
 
 
+def off(**ratios: float) -> JointModel:
+    """Give the joint with numbers of its plant off by these ratios."""
+    return replace(
+        MODEL, plant=replace(MODEL.plant, **{name: r * getattr(MODEL.plant, name) for name, r in ratios.items()})
+    )
+
+
 @cache
 def record(*faults: str, seed: int = 0, duration: float = 40.0) -> JointRecord:
     """Telemetry of the paper's joint with the faults given as on the command line."""

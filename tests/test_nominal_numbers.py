@@ -4,22 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joints import MODEL, without_speed
+from joints import MODEL, off, without_speed
 
-from gsfdi.model import JointModel
 from gsfdi.reconcile import entries, reconcile, run
 from gsfdi.reconcile.bench import bench
 from gsfdi.reconcile.compete import opening
 from gsfdi.reconcile.entries import APART, UNSEEN_APART
 from gsfdi.reconcile.parameters import Lone, lone_changes, shifts
 from gsfdi.simulate import simulate_record
-
-
-def off(**ratios: float) -> JointModel:
-    """Give the joint with numbers of its plant off by these ratios."""
-    return replace(
-        MODEL, plant=replace(MODEL.plant, **{name: r * getattr(MODEL.plant, name) for name, r in ratios.items()})
-    )
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from joints import MODEL
+from joints import MODEL, off
 
 from gsfdi.fit import Knob
-from gsfdi.model import JointModel, TermUse
+from gsfdi.model import TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile import together as module
 from gsfdi.reconcile.together import together
@@ -49,10 +49,9 @@ def test_what_is_known_or_has_nothing_in_common_is_left_alone(relative: float, m
 
 
 def test_quotients_hold_where_the_scale_of_torque_is_the_nominal_models() -> None:
-    off = {"torque_constant": 1.03, "output_inertia": 0.98, "motor_inertia": 1.02, "stiffness": 0.97}
-    plant = replace(MODEL.plant, **{name: ratio * getattr(MODEL.plant, name) for name, ratio in off.items()})
     load = TermUse("coulomb_friction", {"torque_nm": 4.0}, "motor")
-    true: JointModel = replace(MODEL, plant=plant, physics=(load,))
+    joint = off(torque_constant=1.03, output_inertia=0.98, motor_inertia=1.02, stiffness=0.97)
+    true, plant = replace(joint, physics=(load,)), joint.plant
     answer = reconcile([simulate_record(true, seed=2, duration=40.0)], MODEL)
     numbers = {
         "output_inertia_kg_m2": plant.output_inertia,

@@ -14,6 +14,7 @@ from gsfdi.reconcile.parameters import PINNED, SNUG, SOLE, TERM_OF, Lone, Other,
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.say import sentence, spelled
 from gsfdi.reconcile.screen import LEAST
+from gsfdi.reconcile.sheet import LawFinding
 from gsfdi.reconcile.twin import is_feigned
 from gsfdi.reconcile.verdict import REMAINS
 from gsfdi.reconcile.verify import left_over
@@ -47,7 +48,6 @@ def law_entries(case: Case) -> list[dict[str, Any]]:
     """Entries for what the law check found."""
     entries = []
     axis = case.nominal.axis
-    told = 1.0 / len(UNSEEN_SPEED) if is_speed_untold(case) else 1.0
     for finding in case.findings:
         term = case.terms.get(finding.term)
         component = term.component if term is not None else "controller"
@@ -67,7 +67,7 @@ def law_entries(case: Case) -> list[dict[str, Any]]:
                 "term": finding.term,
                 "component": component,
                 "side": None,
-                "probability": finding.probability * (told if finding.term in UNSEEN_SPEED else 1.0),
+                "probability": probability_of(finding, case),
                 "parameters": numbers,
                 "onset_s": finding.onset,
                 "says": sentence(use, term, finding.share, axis, ()),
@@ -210,18 +210,23 @@ def likes_of(term: str, case: Case) -> tuple[str, ...]:
     return ("current_gain",) if case.stand.sees_speed else ("current_gain", "position_gain")
 
 
-def is_speed_untold(case: Case) -> bool:
-    """Whether nothing but the law tells of a speed, so that it cannot say what made its share seem larger or less."""
+def probability_of(finding: LawFinding, case: Case) -> float:
+    """Probability of what was found of the law, shared with what the law cannot tell from it."""
+    return finding.probability / (len(UNSEEN_SPEED) if is_speed_untold(finding, case) else 1)
+
+
+def is_speed_untold(finding: LawFinding, case: Case) -> bool:
+    """Whether nothing but the law tells of a speed whose share it found too large or too small, for whatever reason."""
     law = case.nominal.controller
     ahead = case.stand.lever > 0 and law is not None and law.rate_feedforward != 0
-    return not case.stand.sees_speed and not ahead
+    return finding.term in UNSEEN_SPEED and not case.stand.sees_speed and not ahead
 
 
 def groups_of(case: Case, lone: Sequence[Shift]) -> list[tuple[str, ...]]:
     """Sets of terms that the data cannot tell apart."""
     found = [(name.use.term, *name.close) for name in case.found if name.close]
     named = {name.use.term for name in case.found} | {finding.term for finding in case.findings}
-    if is_speed_untold(case) and any(f.term in UNSEEN_SPEED for f in case.findings):
+    if any(is_speed_untold(finding, case) for finding in case.findings):
         found.append(UNSEEN_SPEED)
     elif case.stand.lever > 0 and "position_gain" in named:
         found.append(("position_gain", "velocity_gain"))  # a speed that the law told shows both

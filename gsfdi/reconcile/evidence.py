@@ -10,7 +10,7 @@ from gsfdi.model import JointModel
 from gsfdi.reconcile import locate
 from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.case import Case
-from gsfdi.reconcile.entries import law_entries
+from gsfdi.reconcile.entries import probability_of
 from gsfdi.reconcile.judge import CLOSE
 from gsfdi.reconcile.parameters import Shift
 from gsfdi.reconcile.say import experiment
@@ -132,11 +132,22 @@ def _means(values: Array, cell: Array, count: int) -> Array:
     return np.where(number > 0, total / np.maximum(number, 1), np.nan)
 
 
+def hypothesis(term: str, side: str | None, probability: float, why: str) -> dict[str, Any]:
+    """Give one row of the ranking."""
+    return {"term": term, "side": side, "probability": probability, "why": why}
+
+
+def beside(place: str, is_close: bool, ahead: float) -> str:
+    """Say how something else does in the place of a term, by the log-likelihood that it is ahead of that."""
+    told = "cannot be told apart" if is_close else "lost"
+    return f"in the place of {place}: {told}, log-likelihood {ahead:+.1f} beside it"
+
+
 def of_law(case: Case) -> Iterator[dict[str, Any]]:
     """What the law or the values themselves told."""
-    for entry, finding in zip(law_entries(case), case.findings, strict=True):
+    for finding in case.findings:
         why = f"takes {100 * finding.share:.0f} % off the misfit of the law; log-likelihood {finding.gain:+.1f}"
-        yield {"term": finding.term, "side": None, "probability": entry["probability"], "why": why}
+        yield hypothesis(finding.term, None, probability_of(finding, case), why)
 
 
 def of_numbers(moved: Sequence[Shift]) -> Iterator[dict[str, Any]]:
@@ -144,38 +155,24 @@ def of_numbers(moved: Sequence[Shift]) -> Iterator[dict[str, Any]]:
     for shift in moved:
         alone = "alone accounts for what is missing" if shift.others else "is off beside others"
         why = f"{alone}: all that are off gain {shift.gain:.1f} in log-likelihood"
-        yield {"term": shift.term, "side": None, "probability": shift.probability, "why": why}
+        yield hypothesis(shift.term, None, shift.probability, why)
         for other in shift.others:
-            told = "cannot be told apart" if other.is_alike else "lost"
-            why = f"in the place of {shift.term}: {told}, log-likelihood {-other.cost:+.1f} beside it"
-            yield {"term": other.term, "side": None, "probability": other.probability, "why": why}
+            why = beside(shift.term, other.is_alike, -other.cost)
+            yield hypothesis(other.term, None, other.probability, why)
 
 
 def ranking(case: Case) -> list[dict[str, Any]]:
     """Hypotheses in order, each with what decided for or against it."""
     found: list[dict[str, Any]] = []
     for name in case.found:
-        found.append(
-            {
-                "term": name.use.term,
-                "side": name.use.side,
-                "probability": name.probability,
-                "why": f"joined the model: {100 * name.share:.0f} % of the gain in log-likelihood is its own",
-            }
-        )
+        why = f"joined the model: {100 * name.share:.0f} % of the gain in log-likelihood is its own"
+        found.append(hypothesis(name.use.term, name.use.side, name.probability, why))
         for rival in name.rivals:
-            told = "cannot be told apart" if rival.probability > CLOSE * name.probability else "lost"
-            found.append(
-                {
-                    "term": rival.use.term,
-                    "side": rival.use.side,
-                    "probability": rival.probability,
-                    "why": f"in the place of {name.use.term}: {told}, log-likelihood {rival.merit:+.1f} beside it",
-                }
-            )
+            why = beside(name.use.term, rival.probability > CLOSE * name.probability, rival.merit)
+            found.append(hypothesis(rival.use.term, rival.use.side, rival.probability, why))
     last = case.contests[-1]
     for entry in last.entries[:6]:
         if last.winner is None and np.isfinite(entry.gain):
             why = f"would gain {entry.gain:.1f} in log-likelihood; chance alone may give it {entry.bar:.1f}"
-            found.append({"term": entry.offer.term, "side": entry.offer.side, "probability": 0.0, "why": why})
+            found.append(hypothesis(entry.offer.term, entry.offer.side, 0.0, why))
     return found

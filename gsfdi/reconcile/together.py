@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gsfdi.fit import Knob
-from gsfdi.modelfile.keys import KEYS
+from gsfdi.modelfile.keys import KEYS, spelling
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.hand import Round
 from gsfdi.reconcile.offering import SIMULATED
@@ -20,6 +20,8 @@ from gsfdi.reconcile.say import spelled
 from gsfdi.reconcile.turning import is_torque, spread_of
 from gsfdi.registry import shelf
 
+PLANT = {key.field: key for key in KEYS["plant"]}
+"""Keys of a model file's plant by the field that they set."""
 KNOWN = 0.01
 """Standard deviation of a number, as a share of it, up to which it is known well enough by itself."""
 NARROWER = 0.2
@@ -56,7 +58,7 @@ def together(hand: Round, given: int) -> list[dict[str, Any]]:
     Of relative errors x and y with the covariance c of the fit, x - y has the variance σx² + σy² - 2c, and x + y that
     with the other sign.
     """
-    fitted, axis = hand.fitted, hand.stand.model.axis
+    fitted = hand.fitted
     places = [i for i, knob in enumerate(fitted.knobs) if is_size(hand, knob, given) and fitted.values[i] != 0.0]
     found, linked = [], {place: place for place in places}
     for pair in sorted(pairs(hand, places), key=lambda pair: pair.spread):
@@ -67,7 +69,7 @@ def together(hand: Round, given: int) -> list[dict[str, Any]]:
         one, other = fitted.values[pair.one], fitted.values[pair.other]
         value = float(one / other if pair.divided else one * other)
         width = 1.96 * float(np.hypot(pair.spread, SIMULATED)) * abs(value)
-        names = [name_of(hand, fitted.knobs[place], axis) for place in (pair.one, pair.other)]
+        names = [name_of(hand, fitted.knobs[place]) for place in (pair.one, pair.other)]
         of = (" / " if pair.divided else " · ").join(names)
         found.append({"of": of, "value": value, "ci95": [value - width, value + width]})
     return found
@@ -90,17 +92,17 @@ def pairs(hand: Round, places: list[int]) -> Iterator[Pair]:
 def is_size(hand: Round, knob: Knob, given: int) -> bool:
     """Whether a knob sizes something: a number of the plant, or one of a found term that has a scale."""
     if knob.place == -1:
-        return any(key.field == knob.name for key in KEYS["plant"])
+        return knob.name in PLANT
     if knob.place < given or knob.name == "onset":
         return False
     param = shelf("gsfdi.terms", PhysicsTerm)[hand.fitted.model.physics[knob.place].term].param(knob.name)
     return param.kind == "plain" and (param.low >= 0.0 or is_torque(knob, hand.fitted.model))
 
 
-def name_of(hand: Round, knob: Knob, axis: str) -> str:
+def name_of(hand: Round, knob: Knob) -> str:
     """Name a number as the updated model's file does: a key of its plant, or term, side and parameter."""
+    axis = hand.stand.model.axis
     if knob.place == -1:
-        key = next(key for key in KEYS["plant"] if key.field == knob.name)
-        return key.rotary if axis == "rotary" else key.linear
+        return spelling(PLANT[knob.name], axis)
     use = hand.fitted.model.physics[knob.place]
     return ".".join(filter(None, (use.term, use.side, spelled(knob.name, axis))))
