@@ -17,6 +17,7 @@ from gsfdi.reconcile.finalists import (
     CHANCE,
     FINALISTS,
     UNPROMISED,
+    calibrated,
     cost_of,
     credible,
     distinct,
@@ -34,6 +35,7 @@ from gsfdi.reconcile.finalists import (
     stretched_knobs,
 )
 from gsfdi.reconcile.forms import relawed, reordered, reshaped, retuned, shared_anew, swung
+from gsfdi.reconcile.glaring import glaring
 from gsfdi.reconcile.hand import (
     Round,
     Turn,
@@ -125,9 +127,43 @@ def contend(
     screening = screen(hand, all_offers(hand, shelf_terms, given))
     ranked, worthy = refitted(hand, screening, shelf_terms, floor, promised)
     trials, entries = len(screening.information), (*ranked, *screening.entries)
-    best: Leader | None = None
+    best, beyond, behind = led(hand, to_settle(worthy, shelf_terms), None, shelf_terms, floor, given, trials)
+    if best is None or not leaves_nothing(best.settled, floor):
+        more = calibrated(hand, screening, glaring(hand, screening))
+        entries = (*sorted([*more, *ranked], key=merit, reverse=True), *screening.entries)
+        best, further, farther = led(hand, more, best, shelf_terms, floor, given, trials)
+        beyond, behind = beyond | further, behind | farther
+    if best is None:
+        return undecided(hand, screening, entries, shelf_terms), None
+    left = loosened(hand, best.entry, best.settled, shelf_terms, floor)
+    if left is not best.settled:
+        return undecided(hand, screening, entries, shelf_terms), None if left is hand else left
+    contest = Contest(entries, best.entry, trials, beyond=beyond, far=behind)
+    return contest, exact(from_above(from_below(left, floor), floor))
+
+
+def led(
+    hand: Round,
+    entries: Sequence[Entry],
+    best: Leader | None,
+    shelf_terms: Mapping[str, PhysicsTerm],
+    floor: Array,
+    given: int,
+    trials: int,
+) -> tuple[Leader | None, frozenset[tuple[str, str | None]], frozenset[tuple[str, str | None]]]:
+    """Settle finalists one after another, each only as far as it may come up to the best so far.
+
+    Returns
+    -------
+    Leader or None
+        The best; the one that was given where none is better.
+    frozenset of tuple
+        Terms and sides that come nowhere near it, each fitted under the noise that suits it.
+    frozenset of tuple
+        Those that were left after their first turn.
+    """
     beyond, behind = set[tuple[str, str | None]](), set[tuple[str, str | None]]()
-    for entry in to_settle(worthy, shelf_terms):
+    for entry in entries:
         assert entry.fitted is not None
         rival = pursued(hand, entry.fitted, best.settled if best else None, floor)
         if best and is_beyond(best.settled, rival, hand, floor):
@@ -138,13 +174,7 @@ def contend(
             found = worked_out(rival, hand, entry, shelf_terms, floor, given, trials)
             if found and found.rank > (best.rank if best else (False, 0.0)):
                 best = found  # one that gains nothing only moves the mismatch about
-    if best is None:
-        return undecided(hand, screening, entries, shelf_terms), None
-    left = loosened(hand, best.entry, best.settled, shelf_terms, floor)
-    if left is not best.settled:
-        return undecided(hand, screening, entries, shelf_terms), None if left is hand else left
-    contest = Contest(entries, best.entry, trials, beyond=frozenset(beyond), far=frozenset(behind))
-    return contest, exact(from_above(from_below(left, floor), floor))
+    return best, frozenset(beyond), frozenset(behind)
 
 
 def refitted(

@@ -141,7 +141,7 @@ def reshaped(hand: Round, term: PhysicsTerm, floor: Array) -> Round:
         value = use.values[param.name]
         low, high = plausible(hand.stand, term, param, value)
         trials = [float(np.clip(value * factor, max(low, param.low), min(high, param.high))) for factor in FACTORS]
-        best = min(best, likeliest(hand, model, param.name, trials), key=lambda pair: pair[0])
+        best = min(best, likeliest(hand, model, len(model.physics) - 1, param.name, trials), key=lambda pair: pair[0])
     return hand if best[1] is model else settle(hand.stand, best[1], hand.fitted.knobs, floor)
 
 

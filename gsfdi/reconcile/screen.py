@@ -315,12 +315,14 @@ def smaller(hand: Round, model: JointModel) -> JointModel:
     if size.neutral is None:
         return model
     sizes = [size.neutral + part * (use.values[size.name] - size.neutral) for part in PARTS]
-    return likeliest(hand, model, size.name, sizes)[1]
+    return likeliest(hand, model, len(model.physics) - 1, size.name, sizes)[1]
 
 
-def likeliest(hand: Round, model: JointModel, name: str, values: Sequence[float]) -> tuple[float, JointModel]:
-    """Cost and model of the best of some values of one number of the last term, all else as it is."""
-    knob = Knob(len(model.physics) - 1, name, 1.0)
+def likeliest(
+    hand: Round, model: JointModel, place: int, name: str, values: Sequence[float]
+) -> tuple[float, JointModel]:
+    """Cost and model of the best of some values of one number of the term at `place`, all else as it is."""
+    knob = Knob(place, name, 1.0)
     models = [turned(model, [knob], np.array([value])) for value in values]
     costs = 0.5 * np.sum(hand.misfit(models) ** 2, axis=1)
     best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
