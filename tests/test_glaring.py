@@ -47,3 +47,10 @@ def test_the_term_that_is_asked_for_is_moved_not_the_last() -> None:
     cost, best = likeliest(hand, model, 0, "onset", [5.0, 7.0, 9.0])
     assert cost == 0.0
     assert [use.onset for use in best.physics] == [7.0, 9.0]
+
+
+def test_a_joint_may_begin_anywhere_in_a_gap_much_wider_than_its_gearbox_winds_up() -> None:
+    found = reconcile([record("backlash=0.002", seed=117, duration=45.0)], MODEL)
+    (name,) = found.omitted_physics
+    assert (found.verdict, name["term"]) == ("explained", "backlash")
+    assert name["parameters"]["half_width_rad"]["value"] == pytest.approx(0.002, rel=0.01)
