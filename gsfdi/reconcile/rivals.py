@@ -152,11 +152,14 @@ def turning_like(own: TermUse, other: TermUse, records: Sequence[JointRecord]) -
     """Give a dry friction that stands for another the torque of that; for drag, it turns round over the same speeds.
 
     On a real arm a Coulomb friction that began with a fifth more than the bristle it stood for got stuck there. So did
-    a constant load that began a fifth below the mean of the weight it stood for.
+    a constant load that began a fifth below the mean of the weight it stood for, and, beside an end stop, a drag that
+    began elsewhere than the one it stood for, which did not hang on the temperature after all.
     """
     if (own.term, other.term) == ("gravity_unbalance", "constant_load"):
         angles = np.concatenate([record["position"] for record in records]) - own.values["angle_rad"]
         return replace(other, values={"torque_nm": own.values["torque_nm"] * float(np.nanmean(np.sin(angles)))})
+    if (own.term, other.term, own.side) == ("temperature_dependent_friction", "viscous_friction", other.side):
+        return replace(other, values={"coefficient_nms_rad": own.values["coefficient_nms_rad"]}, onset=own.onset)
     if {own.term, other.term} == DRY:
         return replace(other, values={**other.values, "torque_nm": own.values["torque_nm"]})
     if (own.term, other.term) != ("shear_thinning_friction", "coulomb_friction"):
