@@ -18,11 +18,12 @@ from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile.hand import Round, is_sensor, with_term
 from gsfdi.reconcile.knobs import term_knobs
-from gsfdi.reconcile.offering import GLARING, share_missing
 from gsfdi.reconcile.screen import Entry, Screening, within
 from gsfdi.reconcile.turning import fit_knobs
 from gsfdi.registry import shelf
 
+GLARING = 0.2
+"""Share of the drive's torque from which what is missing may be too large for slopes."""
 SIZES = tuple(sign * 2.0**power for sign in (1, -1) for power in range(2, 6))
 """Sizes tried, in those that regression tries."""
 FINER = (2.0**0.5, 2.0**0.25, 2.0**0.125)
@@ -42,6 +43,11 @@ class Trial:
     entry: Entry
 
 
+def glares(hand: Round) -> bool:
+    """Whether so much is missing that slopes may not reach what it is."""
+    return float(np.linalg.norm(hand.torque)) > GLARING * hand.stand.scales.torque
+
+
 def glaring(hand: Round, screening: Screening) -> list[Entry]:
     """Finalists of a mismatch that is too large for slopes, fitted from the nominal numbers on; none of any other.
 
@@ -52,7 +58,7 @@ def glaring(hand: Round, screening: Screening) -> list[Entry]:
     screening : Screening
         Of every offer, by regression: of those that differ in shape the one that promised most is tried.
     """
-    if share_missing(hand) < GLARING:
+    if not glares(hand):
         return []
     fitted = hand.fitted
     believed = [v if k.prior is None else k.prior for k, v in zip(fitted.knobs, fitted.values, strict=True)]

@@ -23,8 +23,6 @@ FEWEST = 5.0
 """Times the least torque worth a name at which a term is tried at least."""
 MATERIAL = 2e-4
 """Share of the drive's torque below which an effect is not worth a name: it may be the simulator's own."""
-GLARING = 0.2
-"""Share of the drive's torque from which what is missing may be too large for slopes."""
 SIMULATED = 1.5e-3
 """Standard deviation that sampling, holding and the simulator's own steps leave in a number, as a share of it."""
 
@@ -51,26 +49,24 @@ def share_to_try(hand: Round) -> float:
 
     Where a joint sticks, a friction far larger than the true one moves every stop, and its signature is that.
     """
-    return float(np.clip(TRIED * share_missing(hand), FEWEST * MATERIAL, SHARE))
+    missing_share = float(np.linalg.norm(hand.torque)) / hand.stand.scales.torque
+    return float(np.clip(TRIED * missing_share, FEWEST * MATERIAL, SHARE))
 
 
-def share_missing(hand: Round) -> float:
-    """Torque noise beside the model in hand, as a share of the drive's torque."""
-    return float(np.linalg.norm(hand.torque)) / hand.stand.scales.torque
+def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int, alone: bool = False) -> list[Offer]:
+    """Every offer of every term that could act in this joint, show beside its recorded effort, and is not there yet.
 
-
-def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) -> list[Offer]:
-    """Every offer of every term that could act in this joint, show beside its recorded effort, and is not there yet."""
+    Those that `alone` are asked for are of terms that otherwise come beside another which is not there.
+    """
     stand = hand.stand
     worthy = {**worthy_orders(hand), **worthy_frequencies(hand)}
-    glares = share_missing(hand) > GLARING
     names, moot = {use.term for use in hand.fitted.model.physics}, moot_by_shift(hand.fitted)
     found = [
         offer
         for term in shelf_terms.values()
         if term.name not in moot
         if stand.model.structure in term.structures and stand.model.axis in term.axes
-        if glares or names.issuperset(term.beside)
+        if names.issuperset(term.beside) is not alone
         for offer in offers(term, stand.scales, worthy, share_to_try(hand))
     ]
     if stand.model.structure == "rigid":
