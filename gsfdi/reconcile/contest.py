@@ -130,13 +130,13 @@ def contend(
     ranked, worthy = refitted(hand, screening, shelf_terms, floor, promised)
     trials, entries = len(screening.information), (*ranked, *screening.entries)
     best, beyond, behind = led(hand, to_settle(worthy, shelf_terms), None, shelf_terms, floor, given, trials)
-    if best is None or not leaves_nothing(best.settled, floor):
+    if glares(hand) and (best is None or not leaves_nothing(best.settled, floor)):
         more = calibrated(hand, screening, glaring(hand, screening))
         entries = (*sorted([*more, *ranked], key=merit, reverse=True), *screening.entries)
         best, further, farther = led(hand, more, best, shelf_terms, floor, given, trials)
         beyond, behind = beyond | further, behind | farther
-    if glares(hand) and (best is None or not leaves_nothing(best.settled, floor)):
-        best = by_itself(hand, best, shelf_terms, floor, given, trials)
+        if best and not leaves_nothing(best.settled, floor):
+            best = by_itself(hand, best, shelf_terms, floor, given, trials)
     if best is None:
         return undecided(hand, screening, entries, shelf_terms), None
     left = loosened(hand, best.entry, best.settled, shelf_terms, floor)
@@ -182,13 +182,8 @@ def led(
 
 
 def by_itself(
-    hand: Round,
-    best: Leader | None,
-    shelf_terms: Mapping[str, PhysicsTerm],
-    floor: Array,
-    given: int,
-    trials: int,
-) -> Leader | None:
+    hand: Round, best: Leader, shelf_terms: Mapping[str, PhysicsTerm], floor: Array, given: int, trials: int
+) -> Leader:
     """Try a term that shapes another without that, where it is plainly better than the best so far.
 
     A grease that yields, of half the drive's torque, gained four times what the best of the others did. On a real arm,
@@ -200,7 +195,7 @@ def by_itself(
     screening = screen(hand, offers)
     entries = calibrated(hand, screening, glaring(hand, screening))
     found = led(hand, entries, best, shelf_terms, floor, given, trials)[0]
-    return found if found and best and found.rank[1] > PLAINLY * best.rank[1] else best
+    return found if found and found.rank[1] > PLAINLY * best.rank[1] else best
 
 
 def refitted(

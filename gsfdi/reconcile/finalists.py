@@ -44,7 +44,7 @@ Two simulators of one joint differ by up to 2.7e-4 where it reverses often and f
 in their own right make 8e-4.
 """
 PLAIN = 100.0
-"""Merit beyond which a finalist is no faint one, and another moment of setting in plainly better."""
+"""Merit beyond which a finalist is no faint one."""
 BURST, LOUD = 10, 3.0
 """Samples of a burst, and its power over that of all that is left, beside which a term may have set in."""
 NEARBY = np.linspace(-3.0, 3.0, 25)
@@ -321,8 +321,7 @@ def begun_elsewhere(hand: Round, place: int) -> Fitted:
     """
     seconds = hand.stand.scales.seconds
     moments = np.concatenate([np.linspace(EARLIEST, 1 - EARLIEST, ONSETS) * seconds, loud_moments(hand, place)])
-    cost, model = likeliest(hand, hand.fitted.model, place, "onset", moments.tolist())
-    return fit_knobs(hand.misfit, model, hand.fitted.knobs, 2) if cost < hand.fitted.cost else hand.fitted
+    return begun_at(hand, hand.fitted, place, moments)
 
 
 def to_the_moment(hand: Round, fitted: Fitted, place: int) -> Fitted:
@@ -332,7 +331,11 @@ def to_the_moment(hand: Round, fitted: Fitted, place: int) -> Fitted:
     """
     onset = fitted.model.physics[place].onset
     assert onset is not None
-    moments = onset + hand.stand.scales.period * NEARBY
+    return begun_at(hand, fitted, place, onset + hand.stand.scales.period * NEARBY)
+
+
+def begun_at(hand: Round, fitted: Fitted, place: int, moments: Array) -> Fitted:
+    """Let the term at `place` set in at the likeliest of some moments [s], unless all are less likely than its own."""
     cost, model = likeliest(hand, fitted.model, place, "onset", moments.tolist())
     return fit_knobs(hand.misfit, model, fitted.knobs, 2) if cost < fitted.cost else fitted
 

@@ -49,7 +49,7 @@ def glares(hand: Round) -> bool:
 
 
 def glaring(hand: Round, screening: Screening) -> list[Entry]:
-    """Finalists of a mismatch that is too large for slopes, fitted from the nominal numbers on; none of any other.
+    """Finalists of a mismatch that is too large for slopes (see `glares`), fitted from the nominal numbers on.
 
     Parameters
     ----------
@@ -58,21 +58,19 @@ def glaring(hand: Round, screening: Screening) -> list[Entry]:
     screening : Screening
         Of every offer, by regression: of those that differ in shape the one that promised most is tried.
     """
-    if not glares(hand):
-        return []
     fitted = hand.fitted
     believed = [v if k.prior is None else k.prior for k, v in zip(fitted.knobs, fitted.values, strict=True)]
     nominal = turned(fitted.model, fitted.knobs, np.array(believed))
-    found = dict[tuple[str, str | None], Trial]()
+    tried = list[Trial]()
     for entry in shapes(screening):
         columns = np.eye(len(entry.offer.columns))
         values = [entry.offer.mix(size * column) for column in columns for size in SIZES]
-        trial = best_of(hand, nominal, entry, [one for one in values if one is not None])
-        own = entry.offer.term, entry.offer.side
-        if trial and trial.left < (found[own].left if own in found else np.inf):
-            found[own] = trial
-    nearest = sorted(found.values(), key=lambda trial: trial.left)[:CLOSEST]
-    return [fitted_from(hand, nominal, closer(hand, nominal, trial)) for trial in nearest]
+        if possible := [one for one in values if one is not None]:
+            tried.append(best_of(hand, nominal, entry, possible))
+    found = dict[tuple[str, str | None], Trial]()
+    for trial in sorted(tried, key=lambda trial: trial.left):
+        found.setdefault((trial.use.term, trial.use.side), trial)
+    return [fitted_from(hand, nominal, closer(hand, nominal, trial)) for trial in list(found.values())[:CLOSEST]]
 
 
 def shapes(screening: Screening) -> list[Entry]:
@@ -84,10 +82,8 @@ def shapes(screening: Screening) -> list[Entry]:
     return [entry for entries in found.values() for entry in entries[:SHAPES]]
 
 
-def best_of(hand: Round, nominal: JointModel, entry: Entry, values: Sequence[Mapping[str, float]]) -> Trial | None:
+def best_of(hand: Round, nominal: JointModel, entry: Entry, values: Sequence[Mapping[str, float]]) -> Trial:
     """Of some values of a term the likeliest beside the nominal numbers, innovations being white and of any power."""
-    if not values:
-        return None
     uses = [entry.offer.use(within(entry.offer.term, one)) for one in values]
     parts = hand.stand.innovations([with_term(nominal, use) for use in uses])
     shown = np.concatenate(parts, axis=1)[..., list(hand.stand.system.rows)]
@@ -103,8 +99,8 @@ def closer(hand: Round, nominal: JointModel, trial: Trial) -> Trial:
     for factor in FINER:
         for name in names:
             here = trial.use.values[name]
-            values = [{**trial.use.values, name: here * by} for by in (1.0, factor, 1.0 / factor)]
-            trial = best_of(hand, nominal, trial.entry, values) or trial
+            values = [{**trial.use.values, name: here * by} for by in (factor, 1.0 / factor)]
+            trial = min(trial, best_of(hand, nominal, trial.entry, values), key=lambda one: one.left)
     return trial
 
 

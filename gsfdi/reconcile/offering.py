@@ -59,16 +59,17 @@ def all_offers(hand: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int, 
     Those that `alone` are asked for are of terms that otherwise come beside another which is not there.
     """
     stand = hand.stand
-    worthy = {**worthy_orders(hand), **worthy_frequencies(hand)}
     names, moot = {use.term for use in hand.fitted.model.physics}, moot_by_shift(hand.fitted)
-    found = [
-        offer
+    able = [
+        term
         for term in shelf_terms.values()
         if term.name not in moot
         if stand.model.structure in term.structures and stand.model.axis in term.axes
         if names.issuperset(term.beside) is not alone
-        for offer in offers(term, stand.scales, worthy, share_to_try(hand))
     ]
+    searched = any(term.order or term.frequency for term in able)  # which takes a second
+    worthy = {**worthy_orders(hand), **worthy_frequencies(hand)} if searched else {}
+    found = [offer for term in able for offer in offers(term, stand.scales, worthy, share_to_try(hand))]
     if stand.model.structure == "rigid":
         found = [replace(o, side=None) for o in found if o.side != "motor"]
     held = hand.fitted.model.physics[:given]
