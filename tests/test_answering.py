@@ -48,6 +48,14 @@ def test_the_effort_of_a_cascade_is_told_far_better_than_its_sensor_does(smoothi
     assert off < found.noise < 0.15 * NOISE
 
 
+def test_what_a_law_leaves_is_noise_though_that_is_stated_far_too_small_or_not_at_all() -> None:
+    record, acted = cascade(2.0)
+    for stated in (NOISE / 3, 0.0):
+        found = answered([record], replace(UNKNOWN, sensors=replace(UNKNOWN.sensors, effort_noise=stated)))
+        assert found is not None
+        assert float(np.std((found.records[0]["drive_torque"] - acted)[FADED:])) < 0.15 * NOISE
+
+
 def test_of_two_laws_that_leave_as_much_the_one_of_fewer_parts_is_learnt_and_its_doubt_is_remembered() -> None:
     record, _ = cascade(3.5)
     found, stand = answered([record], UNKNOWN), settle_contract([record], UNKNOWN, ()).stand

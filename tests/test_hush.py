@@ -52,6 +52,17 @@ def test_nothing_is_told_of_an_effort_whose_noise_is_unknown_or_that_answers_som
     assert hushed([other], UNKNOWN) is None
 
 
+def test_of_an_effort_that_shakes_for_another_reason_as_well_the_likeliest_part_is_taken_off() -> None:
+    recorded, true, rng = bare(1), bare(1, noise=0.0), np.random.default_rng(1)
+    shaken = MODEL.sensors.effort_noise * rng.standard_normal(len(recorded.t))  # a setpoint that jitters moves it so
+    both = [replace(r, channels={**r.channels, "motor_current": r["motor_current"] + shaken}) for r in (recorded, true)]
+    found = hushed(both[:1], UNKNOWN)
+    assert found is not None
+    left = float(np.std(off(found.records[0], both[1])))
+    assert left < 0.8 * np.std(off(*both))
+    assert effort_noise(found.model) == pytest.approx(left, rel=0.1)
+
+
 def test_a_torque_must_be_more_than_the_noise_that_goes_round_a_loop_that_nobody_knows() -> None:
     unled = settle_contract([bare(1)], UNKNOWN, ()).stand
     assert 2.0 * UNKNOWN.sensors.effort_noise < unled.looped * unled.scales.effort < 0.01

@@ -19,7 +19,7 @@ from scipy.signal import lfilter
 from gsfdi.model import JointModel
 from gsfdi.reconcile.law import EXACT
 from gsfdi.reconcile.noise import power_of_means
-from gsfdi.reconcile.sensing import effort_noise
+from gsfdi.reconcile.sensing import FAR, effort_noise
 from gsfdi.reconcile.sheet import Sheet, hiss, unit_sheets
 from gsfdi.types import Array, JointRecord
 
@@ -66,8 +66,11 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
     tried = [unanswered(*all_laid_out(sheets, lags)) for lags in (LAGS, (likeliest_lag(sheets),))]
     left, needed = min(tried, key=lambda found: unlikelihood(*found))
     parts = np.split(left, np.cumsum([len(sheet.t) for sheet in sheets])[:-1])
-    noise, count = effort_noise(model) or hiss(parts), int(np.count_nonzero(left))
-    if count < PLENTY * needed or np.sqrt(float(left @ left) / count) > EXACT * noise or not is_white(parts):
+    shown = [part[part != 0] for part in parts]
+    if (count := sum(map(len, shown))) < PLENTY * needed:
+        return None
+    noise = believable_noise(shown, model)
+    if np.sqrt(float(left @ left) / count) > EXACT * noise or not is_white(shown):
         return None
     found = []
     for record, sheet, part in zip(records, sheets, parts, strict=True):
@@ -76,6 +79,12 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
             replace(record, channels={**record.channels, record.effort: record[record.effort] - own}, valid={})
         )
     return Answered(found, DOUBT * noise * (needed / count) ** 0.5, needed)
+
+
+def believable_noise(misfits: Sequence[Array], model: JointModel) -> float:
+    """Noise of the effort as it is stated, unless nothing is, or what a law leaves hisses far more than that."""
+    stated, seen = effort_noise(model), hiss(misfits)
+    return seen if stated == 0 or seen > FAR * stated else stated
 
 
 def is_closer(wide: Answered, plain: Sequence[JointRecord], recorded: Sequence[JointRecord]) -> bool:
