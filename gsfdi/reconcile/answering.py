@@ -19,7 +19,7 @@ from scipy.signal import lfilter
 from gsfdi.model import JointModel
 from gsfdi.reconcile.law import EXACT
 from gsfdi.reconcile.noise import power_of_means
-from gsfdi.reconcile.sensing import FAR, effort_noise
+from gsfdi.reconcile.sensing import believed_noise, effort_noise
 from gsfdi.reconcile.sheet import Sheet, hiss, unit_sheets
 from gsfdi.types import Array, JointRecord
 
@@ -66,10 +66,10 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
     tried = [unanswered(*all_laid_out(sheets, lags)) for lags in (LAGS, (likeliest_lag(sheets),))]
     left, needed = min(tried, key=lambda found: unlikelihood(*found))
     parts = np.split(left, np.cumsum([len(sheet.t) for sheet in sheets])[:-1])
-    shown = [part[part != 0] for part in parts]
+    shown = [part[part != 0] for part in parts]  # 0 is where nothing was asked of the answer
     if (count := sum(map(len, shown))) < PLENTY * needed:
         return None
-    noise = believable_noise(shown, model)
+    noise = believed_noise(effort_noise(model), hiss(shown))
     if np.sqrt(float(left @ left) / count) > EXACT * noise or not is_white(shown):
         return None
     found = []
@@ -79,12 +79,6 @@ def answered(records: Sequence[JointRecord], model: JointModel) -> Answered | No
             replace(record, channels={**record.channels, record.effort: record[record.effort] - own}, valid={})
         )
     return Answered(found, DOUBT * noise * (needed / count) ** 0.5, needed)
-
-
-def believable_noise(misfits: Sequence[Array], model: JointModel) -> float:
-    """Noise of the effort as it is stated, unless nothing is, or what a law leaves hisses far more than that."""
-    stated, seen = effort_noise(model), hiss(misfits)
-    return seen if stated == 0 or seen > FAR * stated else stated
 
 
 def is_closer(wide: Answered, plain: Sequence[JointRecord], recorded: Sequence[JointRecord]) -> bool:

@@ -16,13 +16,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
-from gsfdi.reconcile.answering import believable_noise, is_white
+from gsfdi.reconcile.answering import is_white
 from gsfdi.reconcile.course import unrated
 from gsfdi.reconcile.gaps import beside_lost, jumps
 from gsfdi.reconcile.law import EXACT, LawCheck
-from gsfdi.reconcile.sensing import effort_noise
+from gsfdi.reconcile.sensing import believed_noise, effort_noise, logs_speed
 from gsfdi.reconcile.sheet import LawFinding, commanded, hiss, level_of, sheet_of, unit_sheets
 from gsfdi.types import Array, JointRecord, Mask
 
@@ -89,18 +88,18 @@ def learn_law(records: Sequence[JointRecord], model: JointModel) -> Controller |
 
     It must leave no more than the noise that the effort's sensor is said to have, unless that is said to be far too
     small: told by recorded efforts, a joint with three times the noise stated was given a motor's inertia of 1.6 times
-    itself. One read off positions alone leaves
-    the noise of their slopes besides, white as well, and its effort is worse than the recorded one: of fault-free
-    joints it made unexplained ones. What it leaves must be white, too: a cascade that filters its speed over four
-    samples was a law but for 6 % of the noise, and the effort it gave lacked a delay of 0.4 ms and a mode.
+    itself. One read off positions alone leaves the noise of their slopes besides, white as well, and its effort is
+    worse than the recorded one: of fault-free joints it made unexplained ones. What it leaves must be white, too: a
+    cascade that filters its speed over four samples was a law but for 6 % of the noise, and the effort it gave lacked a
+    delay of 0.4 ms and a mode.
     """
     found = rough_law(records, model) if model.controller is None else None
     if found is None:
         return None
     law, misfits, size = found
-    sensed = all(np.isfinite(measured_velocity(record, model)).any() for record in records)
-    noise = believable_noise(misfits, model) if sensed else effort_noise(model) or hiss(misfits)
-    trifle = 0.0 if effort_noise(model) > 0 else SMOOTH * size
+    stated, seen = effort_noise(model), hiss(misfits)
+    noise = believed_noise(stated, seen) if logs_speed(records, model) else stated or seen
+    trifle = 0.0 if stated > 0 else SMOOTH * size
     left = float(np.sqrt(np.mean(np.concatenate(misfits) ** 2)))
     return law if left <= trifle or (left <= EXACT * noise and is_white(misfits)) else None
 

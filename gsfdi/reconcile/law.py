@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsfdi.drive import measured_velocity
 from gsfdi.model import Controller, JointModel
 from gsfdi.reconcile.blind import BETWEEN, WHOLE, blind, instrumental
 from gsfdi.reconcile.lagging import LAG, with_positions
-from gsfdi.reconcile.sensing import FAR, effort_noise
+from gsfdi.reconcile.sensing import believed_noise, effort_noise, logs_speed
 from gsfdi.reconcile.sheet import (
     BEGUN,
     NEARLY,
@@ -94,7 +93,7 @@ def checked(records: Sequence[JointRecord], model: JointModel, most: int) -> Law
     law = model.controller
     if law is None or not all("setpoint" in r for r in records):
         return None
-    measured = all(np.isfinite(measured_velocity(r, model)).any() for r in records)
+    measured = logs_speed(records, model)
     pair = None if measured else blind(records, model)
     log = pair.log if pair is not None else Log(records, model)
     held = Held(log, law)
@@ -117,8 +116,8 @@ def checked(records: Sequence[JointRecord], model: JointModel, most: int) -> Law
         held = replace(held, findings=(*held.findings, likeliest(trials)))
     findings = tuple(f for f in held.findings if f.term != LAG)
     clocked = len(findings) < len(held.findings) or held.late > 0  # the noise of another moment hisses, too
-    if measured and not clocked and (left := hiss(held.off)) > FAR * noise:
-        noise = left
+    if measured and not clocked:
+        noise = believed_noise(noise, hiss(held.off))
     delay = held.aged.derivative_delay
     return LawCheck(before, held.left, size, noise, findings, delay, law.integral_rule, held.samples)
 

@@ -95,6 +95,16 @@ def effort_noise(model: JointModel) -> float:
     return float(np.hypot(model.sensors.effort_noise, model.sensors.effort_resolution / np.sqrt(12.0)))
 
 
+def believed_noise(stated: float, seen: float) -> float:
+    """Noise of a sensor as it is stated, unless nothing is, or it is seen to be far noisier."""
+    return seen if stated == 0 or seen > FAR * stated else stated
+
+
+def logs_speed(records: Sequence[JointRecord], model: JointModel) -> bool:
+    """Whether every record holds a speed."""
+    return all(bool(np.isfinite(measured_velocity(record, model)).any()) for record in records)
+
+
 def noise_of(t: Array, values: Array, order: int = 5) -> float:
     """Standard deviation of a channel's white noise, from divided differences, which motion hardly enters.
 
