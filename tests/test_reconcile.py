@@ -94,6 +94,17 @@ def test_a_joint_that_once_slips_by_a_step_of_its_sensor_stands_still() -> None:
     assert answer.verdict == "not_enough_data"
 
 
+@pytest.mark.parametrize("count", [3, 5, 8, 20])
+@pytest.mark.parametrize("sensors", [NOMINAL.sensors, Sensors()])
+def test_a_few_samples_tell_nothing(count: int, sensors: Sensors) -> None:
+    record = recorded(NOMINAL)
+    channels = {name: record[name][:count] for name in record.channels}
+    answer = reconcile(
+        [replace(record, t=record.t[:count], channels=channels, valid={})], replace(NOMINAL, sensors=sensors)
+    )
+    assert answer.verdict == "not_enough_data"
+
+
 def test_friction_is_named_measured_and_written_back() -> None:
     answer = told(TermUse("coulomb_friction", {"torque_nm": 0.4}))
     assert answer.verdict == "explained"

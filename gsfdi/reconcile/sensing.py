@@ -108,10 +108,13 @@ def logs_speed(records: Sequence[JointRecord], model: JointModel) -> bool:
 def noise_of(t: Array, values: Array, order: int = 5) -> float:
     """Standard deviation of a channel's white noise, from divided differences, which motion hardly enters.
 
-    The higher their order, the less a joint that rings or ripples seems to be noise.
+    The higher their order, the less a joint that rings or ripples seems to be noise. Values that are too few for it
+    show none.
     """
     there = np.isfinite(values)
     t, values = t[there], values[there]
+    if len(values) <= order:
+        return 0.0
     at, near = sliding_window_view(t, order + 1), sliding_window_view(values, order + 1)
     weights = np.ones(at.shape)
     for i, j in permutations(range(order + 1), 2):
