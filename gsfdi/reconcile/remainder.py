@@ -71,11 +71,11 @@ def _smooth(A, C, K, G, known, e, fresh):  # type: ignore[no-untyped-def]
     for k in range(n):
         if fresh[k]:
             x[:] = 0.0
-        before[k] = x
-        inner[:] = e[k]
+        _set(before[k], x)
+        _set(inner, e[k])
         _add(C, x, -1.0, inner)
         _add(K, inner, 1.0, x)
-        after[k] = x
+        _set(after[k], x)
         x[:] = 0.0
         _add(A, after[k], 1.0, x)
         _add(known, e[k], -1.0, x)
@@ -85,6 +85,13 @@ def _smooth(A, C, K, G, known, e, fresh):  # type: ignore[no-untyped-def]
                 ahead[a] = after[k + 1, a] - before[k + 1, a]
             _add(G, ahead, 1.0, after[k])
     return after
+
+
+@numba.njit(cache=True)
+def _set(out, x):  # type: ignore[no-untyped-def]
+    """Copy a vector; where an array is assigned to another, numba compiles what to say of shapes that differ, too."""
+    for a in range(len(out)):
+        out[a] = x[a]
 
 
 @numba.njit(cache=True)

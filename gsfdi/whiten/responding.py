@@ -49,7 +49,8 @@ def _respond(Ad, Bt, C, K0, torque, sensed, steps, out):  # type: ignore[no-unty
                     for b in range(q):
                         total += Bt[a, b] * torque[j, k - 1, b]
                     work[a] = total
-                delta[:] = work
+                for a in range(nx):  # which compiles sooner than arrays assigned to arrays
+                    delta[a] = work[a]
             for i in range(p):
                 out[j, k, i] = sensed[j, k, i]
                 for a in range(nx):

@@ -81,8 +81,12 @@ def whitener(
     Q = np.ascontiguousarray((system.Bt * np.square(torque)) @ system.Bt.T)
     push = np.outer(system.Bt[:, 0], system.Bt[:, 0])
     shake = np.zeros(len(steps)) if shaken is None else shaken**2
+    R, common = np.diag(system.R), told(system, torque[0])
+    # of what a sample leaves unknown of the state, it knows the drive's noise to hold that much
+    apart, ahead = system.Ad - common @ system.C, np.linalg.solve(system.Ad, common)
+    calm = Q - common @ R @ common.T
     K, W, logdet, place = _gains(
-        system.Ad, Q, system.C, np.diag(system.R), told(system, torque[0]), doubt, steps, present, push, shake
+        system.Ad, Q, system.C, R, apart, ahead, calm, bool(common.any()), doubt, steps, present, push, shake
     )
     p = len(system.rows)
     return Whitener(system, base, K, W, logdet, place, steps, np.zeros((p, 0)), np.ones(p))
@@ -109,25 +113,25 @@ def pushes(system: Observed, torque: Array, sensed: Array, rng: np.random.Genera
 
 
 @numba.njit(cache=True)
-def _gains(Ad, Q, C, R, common, P0, steps, present, push, shake):  # type: ignore[no-untyped-def]
+def _gains(  # type: ignore[no-untyped-def]
+    Ad, Q, C, R, apart, ahead, calm, tells_ahead, P0, steps, present, push, shake
+):
     """Gains, inverse Cholesky factors of the innovations' covariance, their log-determinants, and whose they are.
 
     The first row is that of what is missing. At 0 steps the filter starts anew. What a sample tells of the drive's
-    noise until the next one (`common`) joins its gain.
+    noise until the next one joins its gain (by `ahead`), and leaves the dynamics `apart` and the noise `calm`. No
+    algebra of numba's is called: that took ten seconds to compile.
     """
     n, nx, p = steps.size, Ad.shape[0], C.shape[0]
     K, W, logdet = np.empty((n + 1, nx, p)), np.empty((n + 1, p, p)), np.empty(n + 1)
     place, last = np.zeros(n, np.int64), 0
     K[0], W[0], logdet[0] = 0.0, 0.0, 0.0
     P, left, PC, work = P0.copy(), np.zeros((nx, nx)), np.zeros((nx, p)), np.zeros((nx, nx))
-    beside, tells_ahead = np.zeros(p), np.any(common)
+    beside = np.zeros(p)
     settled, before = 0, np.inf
-    # of what a sample leaves unknown of the state, it knows the drive's noise to hold that much
-    apart = Ad - common @ C
-    ahead, calm = np.linalg.solve(Ad, common), Q - common @ R @ common.T
     for k in range(n):
         if steps[k] == 0:
-            P[:] = P0
+            P = P0.copy()  # assigned in place it would take four seconds to compile
             settled = 0
         else:
             settled = settled if steps[k] == 1 and shake[k] == 0 else 0
@@ -285,8 +289,8 @@ def _bleach(colour, size, out):  # type: ignore[no-untyped-def]
     past, left = np.zeros(n), np.zeros(n)
     for j in range(m):
         for i in range(p):
-            past[:] = out[j, :, i]
-            left[:] = past
+            for k in range(n):
+                past[k] = left[k] = out[j, k, i]
             for lag in range(1, colour.shape[1] + 1):  # lag by lag, which the processor does in parallel
                 for k in range(lag, n):
                     left[k] -= colour[i, lag - 1] * past[k - lag]
