@@ -362,3 +362,14 @@ def test_a_rival_of_a_limit_gains_nothing_by_samples_at_which_the_limit_is_met(m
     rival = SimpleNamespace(linear=8250.0)
     assert gains.is_better(7998.0, other, first, rival)  # type: ignore[arg-type]
     assert not gains.is_better(4000.0, other, first, rival)  # type: ignore[arg-type]
+
+
+def test_rows_that_are_not_held_against_a_law_do_not_make_its_noise_look_smaller() -> None:
+    whole = simulate_record(MODEL, seed=1, duration=60.0)
+    kept = np.random.default_rng(1).random(len(whole.t)) > 0.08
+    channels = {name: whole[name][kept] for name in whole.channels if name != "setpoint_rate"}
+    stand = bench([replace(whole, t=whole.t[kept], channels=channels, valid={})], MODEL)
+    check = check_law(stand.records, replace(MODEL, sensors=replace(MODEL.sensors, effort_noise=1e-4)))
+    assert check is not None
+    assert check.samples < 0.9 * len(whole.t)
+    assert check.after == pytest.approx(MODEL.sensors.effort_noise, rel=0.05)

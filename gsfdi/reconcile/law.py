@@ -117,7 +117,7 @@ def checked(records: Sequence[JointRecord], model: JointModel, most: int) -> Law
     findings = tuple(f for f in held.findings if f.term != LAG)
     clocked = len(findings) < len(held.findings) or held.late > 0  # the noise of another moment hisses, too
     if measured and not clocked:
-        noise = believed_noise(noise, hiss(held.off))
+        noise = believed_noise(noise, hiss(held.shown))
     delay = held.aged.derivative_delay
     return LawCheck(before, held.left, size, noise, findings, delay, law.integral_rule, held.samples)
 
@@ -258,12 +258,11 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
     if held.energy == 0.0:  # a twin whose sensors have no noise is the law to the last digit
         return []
     taken = {f.term for f in held.findings}
-    free = [against(sheet, held.findings)[1] for sheet in held.sheets]
     found = []
     for term, parts in columns_of(held.sheets, held.findings).items():
         if term in taken or (measured and term == "position_gain"):
             continue
-        bare = [centred(part, rows) for part, rows in zip(parts, free, strict=True)]
+        bare = [centred(part, rows) for part, rows in zip(parts, held.free, strict=True)]
         info = float(sum(b @ b for b in bare))
         if info <= 0:
             continue
@@ -271,7 +270,7 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
         rest = held.energy - slope**2 * info
         spread = float(np.sqrt(rest / held.samples / info))
         found.append(scaled(term, slope, held.gain(rest), 1 - rest / held.energy, spread))
-    steps = _steps(held, free)
+    steps = _steps(held)
     if not taken & {"current_bias", "current_limit"} and len({(r.source, r.t0_ns) for r in held.log.records}) == 1:
         found += steps
     if "timestamp_latency" not in taken:
@@ -283,10 +282,10 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
     return found
 
 
-def _steps(held: Held, free: Sequence[Mask]) -> list[LawFinding]:
+def _steps(held: Held) -> list[LawFinding]:
     """A bias of the effort's sensor that sets in, by stretch of the recording: each begins at a level of its own."""
     found = []
-    for sheet, off, rows in zip(held.sheets, held.off, free, strict=True):
+    for sheet, off, rows in zip(held.sheets, held.off, held.free, strict=True):
         t, misfit = sheet.t[rows], off[rows]
         total = np.cumsum(misfit)
         n = len(misfit)
@@ -429,7 +428,7 @@ def _wanted(held: Held, limit: float, windup: Windup) -> list[Array]:
 def _waits(held: Held, limit: float, windup: Windup) -> Mask:
     """Samples at which the integral waits: it would have asked for more than a limit that what is left of it keeps."""
     if windup == "goes_on":
-        return np.zeros(held.samples, dtype=bool)
+        return np.zeros(sum(len(s.t) for s in held.sheets), dtype=bool)
     added = [np.diff(waiting(s, limit, windup), prepend=np.nan) for s in held.sheets]
     return np.concatenate([(one == 0.0) & (s.growth != 0.0) for one, s in zip(added, held.sheets, strict=True)])
 
@@ -445,7 +444,6 @@ def _to_the_sample(held: Held, limit: float, width: float, windup: Windup) -> tu
     One too few shifts all that the law asks for later. Samples at the limit cannot be held against a law that waits
     there, and count as the others do on average. Beside one that goes on they can, and are all that a limit shows in.
     """
-    counted = sum(int(against(sheet, held.findings)[1].sum()) for sheet in held.sheets)
 
     def left(trial: float) -> float:
         if windup == "goes_on":
@@ -454,7 +452,7 @@ def _to_the_sample(held: Held, limit: float, width: float, windup: Windup) -> tu
             return float(sum(np.sum((sheet.effort - gets)[~sheet.unheld] ** 2) for sheet, gets in both))
         pairs = [against(sheet, _limited(held, trial, windup)) for sheet in held.sheets]
         off = [centred(*pair) for pair in pairs]
-        return float(sum(m @ m for m in off)) * counted / max(sum(int(free.sum()) for _, free in pairs), 1)
+        return float(sum(m @ m for m in off)) * held.samples / max(sum(int(free.sum()) for _, free in pairs), 1)
 
     def likelihood(trial: float) -> float:
         return held.gain(left(trial)) - 0.5 * ((trial - limit) / width) ** 2
@@ -471,11 +469,10 @@ def _rest(held: Held, limit: float, windup: Windup) -> float:
     Samples that only their sensor's noise lifts to the limit count, too. Left out, they took much noise with them: in
     300 sound joints one met a limit for that.
     """
-    rest, count, counted = 0.0, 0, 0
+    rest, count = 0.0, 0
     for sheet, asked in zip(held.sheets, _wanted(held, limit, windup), strict=True):
         _, free = against(sheet, _limited(held, limit, windup))
         counts = free | ~(sheet.unheld | beside(np.abs(asked) >= NEARLY * limit))
         rest += float(np.sum((sheet.effort - asked)[counts] ** 2))
         count += int(counts.sum())
-        counted += int(against(sheet, held.findings)[1].sum())
-    return rest * counted / max(count, 1)
+    return rest * held.samples / max(count, 1)
