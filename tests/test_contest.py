@@ -1,19 +1,24 @@
 """Who is settled in a contest, each under the noise that suits it."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from joints import MODEL
 
-from gsfdi.model import TermUse
+from gsfdi.model import JointModel, TermUse
 from gsfdi.motion import PhysicsTerm
 from gsfdi.reconcile import compete, contest
-from gsfdi.reconcile.compete import PROMISED, least_promise
+from gsfdi.reconcile.bench import bench
+from gsfdi.reconcile.compete import PROMISED, least_promise, opening
 from gsfdi.reconcile.contest import SETTLED, TRIVIAL, pursued, to_settle
+from gsfdi.reconcile.finalists import shows_at_once
 from gsfdi.reconcile.offer import Offer
 from gsfdi.reconcile.screen import LEAST, Entry
 from gsfdi.registry import shelf
+from gsfdi.simulate import simulate_record
 
 
 @pytest.mark.parametrize(("last", "settled"), [(0.997, SETTLED + 1), (0.9, SETTLED)])
@@ -61,3 +66,14 @@ def test_the_first_is_settled_whatever_its_first_turn_gains(monkeypatch: pytest.
     monkeypatch.setattr(contest, "settle", lambda *_: "round")
     anything: Any = SimpleNamespace(stand=None, model=None, knobs=())
     assert pursued(anything, anything, None, np.ones(1)) == "round"
+
+
+def test_a_step_of_the_position_shows_at_once() -> None:
+    stepped = replace(MODEL, physics=(TermUse("position_bias", {"bias_rad": 1e-4}, None, 20.1),))
+
+    def shows(true: JointModel, held: JointModel) -> bool:
+        return shows_at_once(opening(bench([simulate_record(true, duration=40.0)], held), held, 0.0))
+
+    assert shows(stepped, stepped)
+    assert not shows(MODEL, stepped)
+    assert shows(MODEL, replace(MODEL, physics=(TermUse("constant_load", {"torque_nm": 1.0}, "output"),)))

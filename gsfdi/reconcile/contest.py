@@ -32,6 +32,7 @@ from gsfdi.reconcile.finalists import (
     only_turns,
     settled_bar,
     settled_onset,
+    shows_at_once,
     stretched_knobs,
 )
 from gsfdi.reconcile.forms import relawed, reordered, reshaped, retuned, shared_anew, swung
@@ -247,7 +248,7 @@ def worked_out(
     settled = settled and unstretched(settled, hand, floor)
     settled = settled and shared_anew(settled, given, shelf_terms, floor)
     settled = settled and paired_anew(settled, given, shelf_terms, floor)
-    if settled is None or is_another(settled, shelf_terms):
+    if settled is None or is_another(settled, shelf_terms) or not shows_at_once(settled):
         return None
     gain, least = likelier(settled, hand) - cost_of(entry) - owed, settled_bar(settled, entry, trials)
     if merit(entry) < entry.bar and gain < max(least, WORTH):

@@ -54,6 +54,8 @@ UNPROMISED = 2.0
 SLIP, SEEN, SLOW = 10.0, 2.0, 1.0
 """Times the noise of the position by which a joint may slip without that being seen, and where its speed is logged;
 there, a slip that takes so long [s] may hide in the noise of the speed."""
+AGAINST = 4.0
+"""Log-likelihood that a step of the position may lose, by chance, at the sample that shows it first."""
 LINEAR = {
     *("output_inertia_change", "motor_inertia_change", "stiffness_change", "torque_constant_change"),
     *("viscous_friction", "gearbox_damping", "gearbox_hysteresis", "structural_mode", "actuation_delay"),
@@ -208,6 +210,22 @@ def travels(stand: Bench, onset: float | None) -> bool:
         if min(len(before), len(after)) == BURST:
             return bool(min(np.ptp(before), np.ptp(after)) > SLIP * stand.scales.noise)
     return False
+
+
+def shows_at_once(settled: Round) -> bool:
+    """Whether the first sample that is seen after a step of the position does not speak against it.
+
+    A joint turned round in a row that was lost, and stuck elsewhere than the model did: a step of the position came to
+    stand for it, which gained 38 over the half second after, and lost 16 where it set in.
+    """
+    model = settled.fitted.model
+    if model.physics[-1].term != "position_bias" or model.physics[-1].onset is None:
+        return True
+    bare = settled.misfit([replace(model, physics=model.physics[:-1])])[0]
+    since = stand_times(settled.stand) >= model.physics[-1].onset
+    first = np.flatnonzero(since & ((bare != 0) | (settled.fitted.residual != 0)))[: len(settled.stand.system.rows)]
+    lost = 0.5 * float(np.sum(settled.fitted.residual[first] ** 2 - bare[first] ** 2))
+    return lost < AGAINST
 
 
 def is_at_bound(fitted: Fitted, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
