@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from joints import MODEL
 
 from gsfdi.model import JointModel, TermUse
 from gsfdi.modelfile import load_models
@@ -100,3 +101,17 @@ def test_without_a_law_a_sound_joint_of_a_faster_loop_lacks_nothing() -> None:
     channels = {name: record[name] for name in record.channels if not name.startswith("setpoint")}
     found = reconcile([replace(record, channels=channels)], replace(model, controller=None))
     assert found.verdict == "no_mismatch"
+
+
+def test_a_lost_effort_is_as_far_off_the_line_between_its_neighbours_as_others_are() -> None:
+    whole = simulate_record(MODEL, seed=1, duration=20.0)
+    effort = 0.1 + 0.01 * np.random.default_rng(1).standard_normal(len(whole.t))
+    effort[[999, 1001]] = 0.1
+    kept = np.arange(len(whole.t)) != 1000
+    channels = {**whole.channels, "motor_current": effort}
+    record = replace(whole, t=whole.t[kept], channels={n: v[kept] for n, v in channels.items()}, valid={})
+    stand = bench([record], MODEL)
+    after = int(np.searchsorted(stand.records[0].t, whole.t[1001] - 1e-6))
+    scale = stand.scales.torque / stand.scales.effort
+    assert stand.shaken[0][after] == pytest.approx(np.sqrt(1.5) * 0.01 * scale, rel=0.1)
+    assert np.count_nonzero(stand.shaken[0]) == 3

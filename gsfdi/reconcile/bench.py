@@ -341,10 +341,13 @@ def start_doubt(system: Observed, scales: Scales) -> Array:
 def shaken_of(record: JointRecord, scales: Scales, model: JointModel) -> Array:
     """Torque by which the drive may have moved unseen over the step before each sample: its jump beside lost ones.
 
-    An effort acts until the next sample, so that the last that is in doubt acts over a step that follows both. Where a
-    log holds but some of a controller's efforts, any jump is in doubt.
+    An effort acts until the next sample, so that the last that is in doubt acts over a step that follows both. A lost
+    one is drawn on a line, off which it was as far as others are, however near its neighbours: from one on a sound arm
+    was given a load. Where a log holds but some of a controller's efforts, any jump is in doubt.
     """
     effort = record[record.effort] * scales.torque / scales.effort
     jump = np.maximum(np.abs(np.diff(effort, prepend=effort[0])), np.abs(np.diff(effort, append=effort[-1])))
+    off_line = 1.4826 * float(np.median(np.abs(np.diff(effort, 2)))) / 2.0 if len(effort) > 2 else 0.0
+    jump = np.maximum(jump, np.where(np.isfinite(record["position"]), 0.0, off_line))
     shaken = np.concatenate([[0.0], np.where(beside_lost(record), jump, 0.0)[:-1]])
     return np.maximum(shaken, unseen_jumps(effort)) if is_thinned(record.t, model.controller) else shaken
