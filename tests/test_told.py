@@ -321,7 +321,7 @@ def test_innovations_are_white_where_a_coarse_position_goes_with_a_told_speed() 
 
 def test_a_told_speed_shares_no_more_noise_with_the_drive_than_either_has() -> None:
     system = observed(MODEL, 0.01, (1e-10, 1e-2), shared=1.0)
-    steps, present = np.r_[0, np.ones(99, dtype=np.int64)], np.ones(100, dtype=np.bool_)
+    steps, present = np.r_[0, np.ones(99, dtype=np.int64)], np.ones((100, 2), dtype=np.bool_)
     torque = np.array([0.5, 0.1])
     assert np.isfinite(whitener(system, np.zeros((4, 2)), 1e-6 * np.eye(4), torque, steps, present).weights).all()
 

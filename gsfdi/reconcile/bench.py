@@ -63,7 +63,7 @@ class Bench:
     doubt : (n, n) array
         Covariance of the state with which a stretch begins.
     steps, present : tuple of int and bool arrays
-        Sampling periods between samples, and which samples were measured, by stretch.
+        Sampling periods between samples, and which channels were measured there, by stretch.
     shaken : tuple of arrays
         Torque [N m] by which the drive may have moved unseen over the step before each sample, by stretch.
     scales : Scales
@@ -106,9 +106,9 @@ class Bench:
 
     def _owned(self, innovations: Array, stretch: int) -> Array:
         """Make a model that ran away pay for it: what was measured but could not be predicted is missed by far."""
-        for row, variance in zip(self.system.rows, self.system.R, strict=True):
+        for row, variance, seen in zip(self.system.rows, self.system.R, self.present[stretch].T, strict=True):
             channel = innovations[..., row]
-            channel[~np.isfinite(channel) & self.present[stretch]] = AWAY * np.sqrt(variance)
+            channel[~np.isfinite(channel) & seen] = AWAY * np.sqrt(variance)
         return innovations
 
     def traces(self, model: JointModel) -> list[Trace]:
@@ -261,7 +261,7 @@ def bench(records: Sequence[JointRecord], model: JointModel, lever: float = 0.0)
         drives = tuple(d.told(lever) for d in drives)
     steps = tuple(steps_of(r.t, period) for r in whole)
     seen = (np.column_stack([r["position"], measured_velocity(r, model)])[:, list(system.rows)] for r in whole)
-    present: tuple[Mask, ...] = tuple(np.asarray(np.isfinite(values).all(axis=1)) for values in seen)
+    present: tuple[Mask, ...] = tuple(np.isfinite(values) for values in seen)
     stand = Bench(
         model=model,
         records=whole,

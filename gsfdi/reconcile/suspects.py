@@ -184,7 +184,6 @@ def columns(first: Round, seen: Sequence[Array]) -> dict[str, Array]:
         still = np.zeros((1, len(record.t), stand.system.Bt.shape[1]))
         for term, sensed in off_by(*quiet(first, i, speed), model, stand.lever).items():
             shown = respond(stand.system, stand.gain, still, np.nan_to_num(sensed)[None], stand.steps[i])
-            shown[:, ~stand.present[i]] = np.nan
             found.setdefault(term, []).append(first.tools[i](shown)[0] * stand.awake(i))
     return {term: np.concatenate(parts) for term, parts in found.items() if term not in there}
 

@@ -33,7 +33,7 @@ class Whitener(NamedTuple):
     size: Array
 
     def __call__(self, innovations: Array) -> Array:
-        """White innovations ``(m, n p)`` of ``(m, n, 2)`` or ``(n, 2)`` under the base gain; 0 where one is missing."""
+        """White innovations ``(m, n p)`` of ``(m, n, 2)`` or ``(n, 2)`` under the base gain; 0 where not measured."""
         rows = list(self.system.rows)
         both = innovations if innovations.ndim == 3 else innovations[None]
         e = np.ascontiguousarray(both if len(rows) == both.shape[-1] else both[..., rows])
@@ -73,8 +73,8 @@ def whitener(
         Standard deviation of the white torque on each side [N m].
     steps : (n,) int array
         Sampling periods since the sample before; 0 where the filter starts anew.
-    present : (n,) bool array
-        Whether the sample was measured.
+    present : (n, p) bool array
+        Whether each channel was measured.
     shaken : (n,) array, optional
         Standard deviation of the drive's torque over the step before each sample where it is not known [N m].
     """
@@ -85,8 +85,9 @@ def whitener(
     # of what a sample leaves unknown of the state, it knows the drive's noise to hold that much
     apart, ahead = system.Ad - common @ system.C, np.linalg.solve(system.Ad, common)
     calm = Q - common @ R @ common.T
+    tells = present[:, common.any(axis=0)].all(axis=1) & common.any()
     K, W, logdet, place = _gains(
-        system.Ad, Q, system.C, R, apart, ahead, calm, bool(common.any()), doubt, steps, present, push, shake
+        system.Ad, Q, system.C, R, apart, ahead, calm, tells, doubt, steps, present, push, shake
     )
     p = len(system.rows)
     return Whitener(system, base, K, W, logdet, place, steps, np.zeros((p, 0)), np.ones(p))
@@ -114,11 +115,11 @@ def pushes(system: Observed, torque: Array, sensed: Array, rng: np.random.Genera
 
 @numba.njit(cache=True)
 def _gains(  # type: ignore[no-untyped-def]
-    Ad, Q, C, R, apart, ahead, calm, tells_ahead, P0, steps, present, push, shake
+    Ad, Q, C, R, apart, ahead, calm, tells, P0, steps, present, push, shake
 ):
     """Gains, inverse Cholesky factors of the innovations' covariance, their log-determinants, and whose they are.
 
-    The first row is that of what is missing. At 0 steps the filter starts anew. What a sample tells of the drive's
+    The first row is that of what is missing. At 0 steps the filter starts anew. What a sample `tells` of the drive's
     noise until the next one joins its gain (by `ahead`), and leaves the dynamics `apart` and the noise `calm`. No
     algebra of numba's is called: that took ten seconds to compile.
     """
@@ -136,26 +137,29 @@ def _gains(  # type: ignore[no-untyped-def]
         else:
             settled = settled if steps[k] == 1 and shake[k] == 0 else 0
             for i in range(steps[k] if settled < 3 else 0):
-                told = i == 0 and present[k - 1]
-                _between(apart if told else Ad, P, work)
-                P += calm if told else Q
+                known = i == 0 and tells[k - 1]
+                _between(apart if known else Ad, P, work)
+                P += calm if known else Q
             if shake[k] > 0:
                 P += shake[k] * push
-        if not present[k]:
-            settled = 0
+        count = 0
+        for i in range(p):
+            count += present[k, i]
+        settled = settled if count == p else 0
+        if count == 0:
             continue
         last += settled < 3
         place[k] = last
         if settled >= 3:
             continue
-        logdet[last] = _weigh(P, C, R, PC, W[last])
+        logdet[last] = _weigh(P, C, R, present[k], PC, W[last])
         _gain(PC, W[last], C, K[last], left)
         _between(left, P, work)
         for a in range(nx):
             for b in range(nx):
                 for i in range(p):
                     P[a, b] += K[last, a, i] * R[i, i] * K[last, b, i]
-        if tells_ahead:
+        if tells[k]:
             _look_ahead(ahead, C, K[last], beside)
         if abs(logdet[last] - before) < CALM and k % 50 == 0:
             settled += 1
@@ -197,8 +201,11 @@ def _between(A, P, work):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _weigh(P, C, R, PC, W):  # type: ignore[no-untyped-def]
-    """Fill ``P Cᵀ`` and the inverse Cholesky factor W of ``C P Cᵀ + R`` (1 or 2 wide); give the log-determinant."""
+def _weigh(P, C, R, seen, PC, W):  # type: ignore[no-untyped-def]
+    """Fill ``P Cᵀ`` and the inverse Cholesky factor W of ``C P Cᵀ + R`` (1 or 2 wide); give the log-determinant.
+
+    A channel that was not `seen` has no weight.
+    """
     n, p = PC.shape
     for a in range(n):
         for i in range(p):
@@ -206,21 +213,22 @@ def _weigh(P, C, R, PC, W):  # type: ignore[no-untyped-def]
             for c in range(n):
                 total += P[a, c] * C[i, c]
             PC[a, i] = total
-    first, last = R[0, 0], R[p - 1, p - 1]
-    shared = 0.0
-    for a in range(n):
-        first += C[0, a] * PC[a, 0]
-        last += C[p - 1, a] * PC[a, p - 1]
-        shared += C[p - 1, a] * PC[a, 0]
     W[:] = 0.0
-    W[0, 0] = 1.0 / np.sqrt(first)
-    if p == 1:
-        return np.log(first)
-    beside = shared * W[0, 0]
-    rest = last - beside**2
-    W[1, 1] = 1.0 / np.sqrt(rest)
-    W[1, 0] = -beside * W[0, 0] * W[1, 1]
-    return np.log(first * rest)
+    logdet = 0.0
+    for i in range(p):
+        left = R[i, i]
+        for a in range(n):
+            left += C[i, a] * PC[a, i]
+        beside = 0.0
+        for a in range(n if i > 0 else 0):
+            beside += C[i, a] * PC[a, 0] * W[0, 0]
+        left -= beside**2
+        if seen[i]:
+            W[i, i] = 1.0 / np.sqrt(left)
+            logdet += np.log(left)
+        if i > 0:
+            W[i, 0] = -beside * W[0, 0] * W[i, i]
+    return logdet
 
 
 @numba.njit(cache=True)
@@ -250,7 +258,7 @@ def _refilter_of(nx: int, p: int) -> Any:
     def refilter(Ad, C, K0, K, W, place, steps, e, out):  # type: ignore[no-untyped-def]
         """White innovations of the filter `K` from those of the observer `K0`; e and out are (m, n, p)."""
         m, n = e.shape[0], e.shape[1]
-        deltas, work, inner = np.zeros((m, nx)), np.zeros(nx), np.zeros(p)
+        deltas, work, inner, shown = np.zeros((m, nx)), np.zeros(nx), np.zeros(p), np.zeros(p)
         for k in range(n):
             if steps[k] == 0:
                 deltas[:] = 0.0
@@ -264,20 +272,18 @@ def _refilter_of(nx: int, p: int) -> Any:
                             work[a] += Ad[a, b] * delta[b]
                     for a in range(nx):
                         delta[a] = work[a]
-                missing = False
                 for i in range(p):
-                    inner[i] = e[j, k, i]
-                    missing |= not np.isfinite(inner[i])
+                    shown[i] = e[j, k, i] if np.isfinite(e[j, k, i]) else 0.0  # K and W are 0 there
+                    inner[i] = shown[i]
                     for a in range(nx):
                         inner[i] -= C[i, a] * delta[a]
                 for i in range(p):
                     out[j, k, i] = 0.0
-                    for c in range(0 if missing else i + 1):
+                    for c in range(i + 1):
                         out[j, k, i] += W[at, i, c] * inner[c]
-                if not missing:
-                    for a in range(nx):
-                        for i in range(p):
-                            delta[a] += K[at, a, i] * inner[i] - K0[a, i] * e[j, k, i]
+                for a in range(nx):
+                    for i in range(p):
+                        delta[a] += K[at, a, i] * inner[i] - K0[a, i] * shown[i]
 
     return refilter
 
