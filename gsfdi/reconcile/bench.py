@@ -16,7 +16,7 @@ from gsfdi.fit import Started
 from gsfdi.model import JointModel
 from gsfdi.reconcile.gaps import beside_lost, stretches
 from gsfdi.reconcile.scales import scales_of
-from gsfdi.reconcile.sensing import effort_noise, grain_of, sensor_variances
+from gsfdi.reconcile.sensing import effort_noise, grain_of, noise_of, sensor_variances
 from gsfdi.reconcile.thinned import calmed, unseen_jumps
 from gsfdi.scales import Scales
 from gsfdi.simulate import Trace, initial_state, innovations_of, replay_many
@@ -347,7 +347,7 @@ def shaken_of(record: JointRecord, scales: Scales, model: JointModel) -> Array:
     """
     effort = record[record.effort] * scales.torque / scales.effort
     jump = np.maximum(np.abs(np.diff(effort, prepend=effort[0])), np.abs(np.diff(effort, append=effort[-1])))
-    off_line = 1.4826 * float(np.median(np.abs(np.diff(effort, 2)))) / 2.0 if len(effort) > 2 else 0.0
+    off_line = 1.5**0.5 * noise_of(record.t, effort, 2)
     jump = np.maximum(jump, np.where(np.isfinite(record["position"]), 0.0, off_line))
     shaken = np.concatenate([[0.0], np.where(beside_lost(record), jump, 0.0)[:-1]])
     return np.maximum(shaken, unseen_jumps(effort)) if is_thinned(record.t, model.controller) else shaken
