@@ -18,6 +18,8 @@ FAR = 2.0
 """Times its stated noise from which a sensor is taken to be as noisy as its values look.
 
 A joint follows the noise of its sensors, so that they look noisier than they are."""
+FINEST = 1e-7
+"""Share of its reach to which a sensor is believed; of a simulation without noise no filter could be designed."""
 NOISY = 1.5
 """Times what rounding alone would show from which a channel has noise besides."""
 
@@ -39,7 +41,7 @@ def sensor_variances(records: Sequence[JointRecord], model: JointModel) -> tuple
         seen = seen_noise(list(zip(times, values, strict=True)))
         grain = max(grain_of(v) for v in values)
         believed = np.hypot(noise, max(resolution, grain) / np.sqrt(12.0)) if noise + resolution > 0 else seen
-        found.append(max(believed, 1e-3 * seen, 1e-12) ** 2)
+        found.append(max(believed, 1e-3 * seen, finest(values)) ** 2)
     return found[0], found[1]
 
 
@@ -55,6 +57,7 @@ def as_shown(records: Sequence[JointRecord], model: JointModel) -> JointModel:
         if shown and all(np.isfinite(v).sum() >= LEAST and np.ptp(v[np.isfinite(v)]) > 0 for _, v in shown):
             stated = getattr(sensors, f"{channel}_noise"), getattr(sensors, f"{channel}_resolution")
             noise, resolution = told_by(shown, *stated)
+            noise = max(noise, 0.0 if resolution > 0 else finest([v for _, v in shown]))
             sensors = replace(sensors, **{f"{channel}_noise": noise, f"{channel}_resolution": resolution})
     if effort_noise(model) > 0:
         grain = max((grain_of(r[r.effort]) for r in usable), default=0.0)
@@ -73,6 +76,11 @@ def told_by(shown: Sequence[tuple[Array, Array]], noise: float, resolution: floa
     else:
         seen = seen_noise(shown)
     return float(np.sqrt(seen**2 - rounding**2)) if seen > NOISY * rounding else 0.0, resolution or grain
+
+
+def finest(values: Sequence[Array]) -> float:
+    """Noise that a channel is believed to have at least."""
+    return FINEST * max(float(np.ptp(v[np.isfinite(v)])) for v in values)
 
 
 def seen_noise(shown: Sequence[tuple[Array, Array]], order: int = 5) -> float:
