@@ -82,6 +82,12 @@ FAMILIES = {
     "smooth friction": Family(replace(ARM, friction=1.0), smooth=True),
     "no law, no setpoint": Family(ARM, silent=("controller",), unlogged=("setpoint",)),
     "no law, no speed": Family(ARM, silent=("controller",), unlogged=("motor_velocity",)),
+    "nothing but setpoint, effort and position": Family(
+        ARM, silent=("controller", "sensors"), unlogged=("motor_velocity",)
+    ),
+    "torque, nothing but these": Family(
+        Shape(TORQUE, 1.0, 1.0, (40, 60), 1.0), silent=("controller", "sensors"), unlogged=("motor_velocity",)
+    ),
     "light": Family(LIGHT),
     "light, no sensors stated": Family(LIGHT, silent=("sensors",)),
     "direct, no sensors stated": Family(Shape(DIRECT, 1.0, 2.0, (15, 20), 0.6), silent=("sensors",)),

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from joints import MODEL, swinging, without_speed
+from rigid import JOINT
 
-from gsfdi.model import JointModel, Sensors, TermUse
+from gsfdi.model import Controller, JointModel, Sensors, TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.contract import settle_contract
 from gsfdi.reconcile.sensing import as_shown, effort_noise
@@ -99,3 +100,26 @@ def test_noise_that_is_stated_far_too_small_is_no_mismatch(known: dict[str, bool
 def test_a_ripple_of_the_motor_is_no_noise() -> None:
     rippling = replace(MODEL, physics=(TermUse("cogging", {"amplitude_nm": 5.0, "order": 9.0, "phase_rad": 0.0}),))
     assert as_shown([shown(rippling)], MODEL) == MODEL
+
+
+def test_efforts_are_as_quiet_as_a_joint_shows_that_answers_to_the_noise_of_an_unlogged_speed() -> None:
+    dry, wet = (
+        TermUse("coulomb_friction", {"torque_nm": 4.0}),
+        TermUse("viscous_friction", {"coefficient_nms_rad": 4.0}),
+    )
+    sensors = Sensors(position_noise=1e-5, motor_velocity_noise=8e-4, effort_noise=0.05)
+    law = Controller(3000.0, 900.0, 240.0, 125.0, effort="drive_torque")
+    true = replace(JOINT, plant=replace(JOINT.plant, output_inertia=3.0), controller=law, sensors=sensors)
+    record = without_speed(simulate_record(replace(true, physics=(dry, wet)), seed=5, duration=45.0))
+    nominal = replace(true, physics=(dry, wet), controller=None, sensors=Sensors())
+    stand = settle_contract([record], as_shown([record], nominal), ()).stand
+    assert stand.records[0]["drive_torque"] == pytest.approx(record["drive_torque"])
+    assert effort_noise(stand.model) == pytest.approx(0.05, rel=0.2)
+    answer = reconcile([record], nominal)
+    assert answer.verdict == "no_mismatch"
+
+
+@pytest.mark.parametrize("joint", [MODEL, JOINT])
+def test_a_simulation_without_any_noise_is_no_mismatch(joint: JointModel) -> None:
+    silent = replace(joint, sensors=Sensors())
+    assert reconcile([simulate_record(silent, seed=1, duration=30.0)], silent).verdict == "no_mismatch"

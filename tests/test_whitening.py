@@ -33,19 +33,20 @@ def under(gain: Array, system: Observed, measured: Array, present: Mask, unmeasu
 def kalman(system: Observed, measured: Array, present: Mask) -> tuple[Array, Array]:
     """White innovations and log-determinants by the textbook, channel by channel."""
     white, logdet, R = np.zeros((COUNT, 2)), np.zeros(COUNT), np.diag(system.R)
-    x, P, Q = np.zeros(4), DOUBT, (system.Bt * TORQUE**2) @ system.Bt.T
+    after, P, Q = np.zeros(4), DOUBT, (system.Bt * TORQUE**2) @ system.Bt.T
     apart, calm = system.Ad - system.common @ system.C, Q - system.common @ R @ system.common.T
     for k in range(COUNT):
+        x = after
         if k and present[k - 1, 1]:  # what the speed's noise tells of the drive's
-            x, P = apart @ earlier + system.common @ np.nan_to_num(measured[k - 1]), apart @ P @ apart.T + calm
+            x, P = apart @ after + system.common @ measured[k - 1], apart @ P @ apart.T + calm
         elif k:
-            x, P = system.Ad @ earlier, system.Ad @ P @ system.Ad.T + Q
+            x, P = system.Ad @ after, system.Ad @ P @ system.Ad.T + Q
         rows = np.flatnonzero(present[k])
         C = system.C[rows]
         S = C @ P @ C.T + R[np.ix_(rows, rows)]
         K, e = P @ C.T @ np.linalg.inv(S), measured[k, rows] - C @ x
         white[k, rows], logdet[k] = np.linalg.solve(np.linalg.cholesky(S), e), np.log(np.linalg.det(S))
-        earlier, P = x + K @ e, (np.eye(4) - K @ C) @ P
+        after, P = x + K @ e, (np.eye(4) - K @ C) @ P
     return white, logdet
 
 

@@ -8,14 +8,14 @@ import numpy as np
 
 from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.answering import answered, is_closer
-from gsfdi.reconcile.bench import Bench, moves
+from gsfdi.reconcile.bench import Bench, drive_gain, moves
 from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.hush import hushed
 from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.sensing import FAR, effort_noise, seen_noise
 from gsfdi.reconcile.told import Told, told
-from gsfdi.reconcile.unheld import unheld
+from gsfdi.reconcile.unheld import plainest, surprise_of, unheld
 from gsfdi.reconcile.waiting import between_stays
 from gsfdi.types import JointRecord
 
@@ -68,8 +68,8 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         wide = answered(stand.records, model)
         if wide is not None and (exact is None or is_closer(wide, exact, stand.records)):
             exact, noise = wide.records, wide.noise
-    if exact is not None:
-        silent = replace(model.sensors, effort_noise=noise, effort_resolution=0.0)
+    silent = replace(model.sensors, effort_noise=noise, effort_resolution=0.0)
+    if exact is not None and is_truer(exact, replace(model, sensors=silent), stand, model):
         leveled = replace(model, sensors=silent, physics=(*model.physics, *levels(stand)))
         return Driving(exact, leveled, level=level_doubt(stand), learnt=noise / stand.scales.effort)
     if law is not None:
@@ -78,7 +78,37 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
     noise = 0.0 if led else LOOPED * hiss_of(stand) / stand.scales.effort
     if stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:
         return Driving(quiet.records, quiet.model, looped=noise)
-    return Driving(None, with_effort_noise(model, None, stand), looped=noise)
+    return Driving(None, as_quiet_as_shown(model, stand), looped=noise)
+
+
+def is_truer(exact: Sequence[JointRecord], silent: JointModel, stand: Bench, model: JointModel) -> bool:
+    """Whether a joint was driven by the efforts `exact` of its law rather than by the recorded ones.
+
+    A law that was read off positions leaves the noise of their slopes, and that of the speed which the drive did answer
+    to. Where nobody says how noisy efforts are, that looks like noise of their sensor. Two sound torque joints whose
+    speed nobody logged were `unexplained`, their drive less likely by 500 than the recorded one.
+    """
+    if not is_untold(stand, model):
+        return True
+    return surprise_of(plainest(stand, exact, silent)) < surprise_of(plainest(stand, stand.records, model))
+
+
+def as_quiet_as_shown(model: JointModel, stand: Bench) -> JointModel:
+    """State the noise of the effort's sensor by the effort, and no more than the joint shows where nothing else tells.
+
+    Half the power of its hiss was four times the noise of two sound torque joints, which the fit then answered by
+    gains of position and current that the joints do not have.
+    """
+    noisy = with_effort_noise(model, None, stand)
+    if not is_untold(stand, model):
+        return noisy
+    shown = plainest(stand, stand.records, model).torque[0] / drive_gain(model, stand.records[0].effort)
+    return replace(noisy, sensors=replace(noisy.sensors, effort_noise=min(effort_noise(noisy), float(shown))))
+
+
+def is_untold(stand: Bench, model: JointModel) -> bool:
+    """Whether neither law nor speed nor model tells how noisy the recorded efforts are."""
+    return model.controller is None and not stand.sees_speed and effort_noise(model) == 0
 
 
 def heard_by(stand: Bench, model: JointModel, law: LawCheck) -> Told | None:

@@ -21,7 +21,7 @@ import numpy as np
 from gsfdi.drive import course, regular
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.bench import Bench, bench
-from gsfdi.reconcile.hand import settle, started
+from gsfdi.reconcile.hand import Round, settle, started
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs, term_knobs
 from gsfdi.reconcile.noise import effort_floor, surprise
 from gsfdi.reconcile.thinned import calmed
@@ -51,7 +51,7 @@ def unheld(stand: Bench, model: JointModel) -> list[JointRecord] | None:
     for ticks in TICKS:
         if ticks > 3 and costs[3] > min(costs[1], costs[2]):
             break
-        costs[ticks] = _surprise(stand, [running_on(record, ticks) for record in calm], model)
+        costs[ticks] = surprise_of(plainest(stand, [running_on(record, ticks) for record in calm], model))
     best = min(costs, key=lambda ticks: costs[ticks])
     samples = sum(len(record.t) for record in calm)
     return [running_on(record, best) for record in calm] if costs[1] - costs[best] > LEAST * samples else None
@@ -68,19 +68,23 @@ def running_on(record: JointRecord, ticks: int) -> JointRecord:
     return replace(record, channels=channels)
 
 
-def _surprise(stand: Bench, records: Sequence[JointRecord], model: JointModel) -> float:
-    """Negative log-likelihood of records, the plant, the plainest frictions and a lag of the speed fitted to them."""
+def plainest(stand: Bench, records: Sequence[JointRecord], model: JointModel) -> Round:
+    """Fit the plant, the plainest frictions and a lag of the speed to a joint that the efforts of `records` drive."""
     size = 0.02 * stand.scales.torque
-    plainest = [
+    terms = [
         TermUse("coulomb_friction", {"torque_nm": size}),
         TermUse("viscous_friction", {"coefficient_nms_rad": size / stand.scales.speed}),
         TermUse("quadratic_friction", {"coefficient_nms2_rad2": size / stand.scales.speed**2}),
     ]
     if stand.sees_speed:
-        plainest.append(TermUse("velocity_lag", {"lag_s": LAGS * stand.scales.period}))
+        terms.append(TermUse("velocity_lag", {"lag_s": LAGS * stand.scales.period}))
     own = replace(bench(records, model), count=stand.count)
-    full = replace(started(model, len(own.records)), physics=(*model.physics, *plainest))
+    full = replace(started(model, len(own.records)), physics=(*model.physics, *terms))
     knobs = [*plant_knobs(model, records[0].effort), *start_knobs(own)]
     knobs += [knob for place in range(len(model.physics), len(full.physics)) for knob in term_knobs(own, full, place)]
-    hand = settle(own, full, knobs, effort_floor(own))
+    return settle(own, full, knobs, effort_floor(own))
+
+
+def surprise_of(hand: Round) -> float:
+    """Negative log-likelihood of what a fit leaves, under the noise that suits it."""
     return surprise(hand.stand, hand.innovations, hand.torque)
