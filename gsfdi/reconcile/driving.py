@@ -12,7 +12,7 @@ from gsfdi.reconcile.bench import Bench, drive_gain, moves
 from gsfdi.reconcile.clean import cleaned
 from gsfdi.reconcile.hush import hushed
 from gsfdi.reconcile.law import EXACT, LawCheck
-from gsfdi.reconcile.noise import effort_floor
+from gsfdi.reconcile.noise import effort_floor, surprise
 from gsfdi.reconcile.sensing import FAR, effort_noise, seen_noise
 from gsfdi.reconcile.told import Told, told
 from gsfdi.reconcile.unheld import plainest, surprise_of, unheld
@@ -23,6 +23,8 @@ HALF = 0.5**0.5
 """Share of an effort's hiss that is taken for its own sensor's, where nobody knows how noisy that is."""
 LOOPED = 2.0
 """Times the hiss of an effort that goes round the loop, where nothing tells it from what was asked of the joint."""
+PLAIN = 20.0
+"""Log-likelihood by which efforts must be likelier to be as quiet as the joint shows."""
 
 
 class Driving(NamedTuple):
@@ -94,16 +96,21 @@ def is_truer(exact: Sequence[JointRecord], silent: JointModel, stand: Bench, mod
 
 
 def as_quiet_as_shown(model: JointModel, stand: Bench) -> JointModel:
-    """State the noise of the effort's sensor by the effort, and no more than the joint shows where nothing else tells.
+    """State the noise of the effort's sensor by the effort, or by the joint where nothing else tells and that is plain.
 
     Half the power of its hiss was four times the noise of two sound torque joints, which the fit then answered by
-    gains of position and current that the joints do not have.
+    gains of position and current that the joints do not have. Quieter by a fifth, and no likelier, it gave a sound arm
+    a gearbox damping.
     """
     noisy = with_effort_noise(model, None, stand)
     if not is_untold(stand, model):
         return noisy
-    shown = plainest(stand, stand.records, model).torque[0] / drive_gain(model, stand.records[0].effort)
-    return replace(noisy, sensors=replace(noisy.sensors, effort_noise=min(effort_noise(noisy), float(shown))))
+    hand = plainest(stand, stand.records, model)
+    unit = drive_gain(model, stand.records[0].effort)
+    loud = np.array([max(hand.torque[0], unit * effort_noise(noisy)), *hand.torque[1:]])
+    if surprise(hand.stand, hand.innovations, loud) - surprise_of(hand) < PLAIN:
+        return noisy
+    return replace(noisy, sensors=replace(noisy.sensors, effort_noise=float(hand.torque[0]) / unit))
 
 
 def is_untold(stand: Bench, model: JointModel) -> bool:
