@@ -326,7 +326,7 @@ def test_two_laws_of_one_speed_and_one_torque_are_pieces_of_another(speed: float
 def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
     term: str, by_twin: float, held_out: float, expected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verdict, "left_by_twin", lambda *args: by_twin)
+    monkeypatch.setattr(verdict, "by_twin", lambda *args: by_twin)
     monkeypatch.setattr(verdict, "left_over", lambda *args: held_out)
     monkeypatch.setattr(verdict, "strays", lambda *args, **kwargs: False)
     use = TermUse(term, {})
@@ -359,7 +359,7 @@ def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
 def test_what_leaves_nearly_all_of_a_mismatch_is_going_to_be_no_name(
     left: float, torque: float, by_twin: float, held_out: float, hopeless: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verdict, "left_by_twin", lambda *args: by_twin)
+    monkeypatch.setattr(verdict, "by_twin", lambda *args: by_twin)
     monkeypatch.setattr(verdict, "left_over", lambda *args: held_out)
     stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0, period=0.01))
     fitted = SimpleNamespace(knobs=[], values=[], model=NOMINAL)
