@@ -268,7 +268,7 @@ def _hypotheses(held: Held, measured: bool) -> list[LawFinding]:
             continue
         slope = float(sum(b @ m for b, m in zip(bare, held.off, strict=True))) / info
         rest = held.energy - slope**2 * info
-        spread = float(np.sqrt(rest / held.samples / info))
+        spread = float(np.sqrt(max(rest, 0.0) / held.samples / info))
         found.append(scaled(term, slope, held.gain(rest), 1 - rest / held.energy, spread))
     steps = _steps(held)
     if not taken & {"current_bias", "current_limit"} and len({(r.source, r.t0_ns) for r in held.log.records}) == 1:
