@@ -137,8 +137,11 @@ def greedily(torque: Array, columns: Sequence[Array], laws: Sequence[Law]) -> li
 
 
 def _explained(left: Array, bare: Array, whole: Array, law: Law) -> float:
-    """Sum of squares of what is left that a law's columns explain, less those that have been taken."""
-    if float(np.sum(bare**2)) < GONE * float(np.sum(whole**2)):
+    """Sum of squares of what is left that a law's columns explain, less those that have been taken.
+
+    Rows that are fewer than a law's columns tell nothing.
+    """
+    if len(bare) < bare.shape[1] or float(np.sum(bare**2)) < GONE * float(np.sum(whole**2)):
         return 0.0
     basis, triangle = np.linalg.qr(bare)
     told = basis.T @ left

@@ -115,7 +115,9 @@ def told_by_effort(opened: Opened, nominal: JointModel, terms: Mapping[str, Phys
     stand, model = opened.settled.stand, opened.settled.model
     least = MATERIAL * stand.scales.torque
     every = (rows_of(stand, model, wide) for wide in WIDE)
-    balances = [balanced(rows, offered(rows, stand, model, terms), least) for rows in every]
+    balances = [balanced(rows, offered(rows, stand, model, terms), least) for rows in every if rows.told.any()]
+    if not balances:
+        return None
     balance = min(balances, key=lambda one: one.left)
     if rms([crawl.inertial for crawl in balance.rows.crawls]) > CRAWLING * stand.scales.torque:
         return None

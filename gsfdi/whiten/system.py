@@ -80,10 +80,15 @@ def linear_plant(model: JointModel) -> Plant:
 
 
 def steady_gain(system: Observed, torque: Array) -> Array:
-    """Gain ``(4, 2)`` of the steady Kalman filter with white torque noise of standard deviation `torque` [N m]."""
+    """Gain ``(4, 2)`` of the steady Kalman filter with white torque noise of standard deviation `torque` [N m].
+
+    States and channels are counted in units of their noise meanwhile, without which light joints have no solution.
+    """
     Q = (system.Bt * np.square(torque)) @ system.Bt.T
     Q += 1e-12 * np.trace(Q) / len(Q) * np.eye(len(Q))
-    P = solve_discrete_are(system.Ad.T, system.C.T, Q, np.diag(system.R))
+    x, y = np.sqrt(np.diag(Q)), np.sqrt(system.R)
+    A, C, unit = system.Ad * x / x[:, None], system.C * x / y[:, None], np.outer(x, x)
+    P = unit * solve_discrete_are(A.T, C.T, Q / unit, np.eye(len(y)))
     gain = P @ system.C.T @ np.linalg.inv(system.C @ P @ system.C.T + np.diag(system.R))
     whole = np.zeros((4, 2))
     whole[: len(gain), list(system.rows)] = gain
