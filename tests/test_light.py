@@ -1,10 +1,13 @@
 """Joints without a gearbox, light or logged for a moment only: whatever their units, a filter for them is found."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from gsfdi.model import Controller, JointModel, Plant, Sensors
 from gsfdi.reconcile import reconcile
+from gsfdi.reconcile.balance import greedily
 from gsfdi.simulate import simulate_record
 from gsfdi.whiten import observed, steady_gain
 
@@ -23,3 +26,11 @@ def test_a_light_joint_without_a_gearbox_is_sound() -> None:
     law = Controller(2.2, 1.4, 0.1, 200.0)
     model = JointModel("J", "flexible", plant, controller=law, sensors=Sensors(0.0, 2e-7, 0.0, 2e-6, 0.0, 1e-5))
     assert reconcile([simulate_record(model, seed=1, duration=20.0)], model).verdict == "no_mismatch"
+
+
+def test_fewer_rows_than_a_law_has_columns_tell_nothing() -> None:
+    law = SimpleNamespace(possible=lambda values: True)
+    rng = np.random.default_rng(1)
+    torque, columns = rng.standard_normal(8), rng.standard_normal((8, 3))
+    assert greedily(torque, [columns], [law]) == [0]  # type: ignore[list-item]
+    assert greedily(torque[:2], [columns[:2]], [law]) == []  # type: ignore[list-item]
