@@ -8,11 +8,11 @@ simulator, so that what is named proves little. With `--silent` sensors have no 
 
 import argparse
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from tally import tally
 
 from gsfdi.errors import UnusableInputError
 from gsfdi.model import Controller, Effort, JointModel, Plant, Sensors, Side, TermUse
@@ -121,8 +121,8 @@ def lacking(record: JointRecord, model: JointModel, rng: np.random.Generator) ->
     return replace(record, t=record.t[keep], channels=channels, valid={}), told
 
 
-def one(seed: int, silent: bool) -> str:
-    """Draw one joint and reconcile it; tell what came of it."""
+def one(seed: int, silent: bool) -> tuple[bool, str]:
+    """Draw one joint and reconcile it; tell whether that ended in no bug, and what came of it."""
     rng = np.random.default_rng(seed)
     scene = scene_of(rng, silent)
     acts = acting(scene, rng)
@@ -132,11 +132,11 @@ def one(seed: int, silent: bool) -> str:
         start = time.process_time()
         answer = reconcile([record], model)
     except UnusableInputError as error:
-        return f"{true} ({seed}): cannot be used: {error}"
+        return True, f"{true} ({seed}): cannot be used: {error}"
     except Exception as error:  # any other is what this looks for
-        return f"{true} ({seed}): BUG {error!r}"
+        return False, f"{true} ({seed}): BUG {error!r}"
     named = ", ".join(str(entry["term"]) for entry in answer.omitted_physics) or "nothing"
-    return f"{true} ({seed}): {answer.verdict}, {named}, {time.process_time() - start:.0f} s"
+    return True, f"{true} ({seed}): {answer.verdict}, {named}, {time.process_time() - start:.0f} s"
 
 
 def main() -> None:
@@ -146,12 +146,8 @@ def main() -> None:
     asked.add_argument("--jobs", type=int, default=2)
     asked.add_argument("--silent", action="store_true", help="sensors without noise")
     call = asked.parse_args()
-    bugs = 0
-    with ProcessPoolExecutor(call.jobs) as pool:
-        for line in pool.map(partial(one, silent=call.silent), range(call.first, call.first + call.cases)):
-            print(line, flush=True)
-            bugs += "BUG" in line
-    print(f"{bugs} of {call.cases} ended in a bug")
+    jobs = range(call.first, call.first + call.cases)
+    print(f"{tally(partial(one, silent=call.silent), jobs, call.jobs)} ended in no bug")
 
 
 if __name__ == "__main__":

@@ -326,7 +326,7 @@ def test_two_laws_of_one_speed_and_one_torque_are_pieces_of_another(speed: float
 def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
     term: str, by_twin: float, held_out: float, expected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verdict, "by_twin", lambda *args: by_twin)
+    monkeypatch.setattr(verdict, "left_by_twin", lambda *args: by_twin)
     monkeypatch.setattr(verdict, "left_over", lambda *args: held_out)
     monkeypatch.setattr(verdict, "strays", lambda *args, **kwargs: False)
     use = TermUse(term, {})
@@ -359,13 +359,13 @@ def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
 def test_what_leaves_nearly_all_of_a_mismatch_is_going_to_be_no_name(
     left: float, torque: float, by_twin: float, held_out: float, hopeless: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verdict, "by_twin", lambda *args: by_twin)
+    monkeypatch.setattr(verdict, "left_by_twin", lambda *args: by_twin)
     monkeypatch.setattr(verdict, "left_over", lambda *args: held_out)
     stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0, period=0.01))
     fitted = SimpleNamespace(knobs=[], values=[], model=NOMINAL)
     case = SimpleNamespace(
         hand=SimpleNamespace(fitted=fitted, torque=np.array([torque, 0.0])), floor=np.array([0.01, 0.0]),
-        stand=stand, logged=stand, refitted=None, updated=None,
+        stand=stand, logged=stand, refitted=None, updated=None, settled=None,
     )  # fmt: skip
     assert verdict.is_hopeless(case, left) is hopeless  # type: ignore[arg-type]
 
@@ -966,7 +966,7 @@ def test_a_faint_gain_whose_like_twins_show_is_none(
     gains = iter([1.0, 20.0, -3.0, 19.0])
     stand = SimpleNamespace(sees_speed=sees_speed)
     hand = SimpleNamespace(fitted=SimpleNamespace(model=NOMINAL), stand=stand)
-    settled = SimpleNamespace(model=NOMINAL, logged=SimpleNamespace(model=NOMINAL), level=level)
+    settled = SimpleNamespace(model=NOMINAL, as_logged=lambda model: model, level=level)
     monkeypatch.setattr(twin, "twin_of", lambda *args: hand)
     monkeypatch.setattr(twin, "rewritten", lambda *args: hand)
     monkeypatch.setattr(twin, "effort_floor", lambda stand: np.zeros(2))

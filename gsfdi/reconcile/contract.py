@@ -50,6 +50,10 @@ class Settled:
     shown: tuple[LawFinding, ...]
     level: float = 0.0
 
+    def as_logged(self, model: JointModel) -> JointModel:
+        """Give `model` with sensors as the log shows them; a told speed is noisier than the loop's."""
+        return replace(model, sensors=self.logged.model.sensors)
+
     @property
     def findings(self) -> list[LawFinding]:
         """What the law check and the values themselves told, but for gains that are off by no more than a tick does.

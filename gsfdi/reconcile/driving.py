@@ -10,12 +10,13 @@ from gsfdi.model import JointModel, Side, TermUse
 from gsfdi.reconcile.answering import answered, is_closer
 from gsfdi.reconcile.bench import Bench, drive_gain, moves
 from gsfdi.reconcile.clean import cleaned
+from gsfdi.reconcile.hand import Round, likelier, surprise_of
 from gsfdi.reconcile.hush import hushed
 from gsfdi.reconcile.law import EXACT, LawCheck
 from gsfdi.reconcile.noise import effort_floor, surprise
 from gsfdi.reconcile.sensing import FAR, effort_noise, seen_noise
 from gsfdi.reconcile.told import Told, told
-from gsfdi.reconcile.unheld import plainest, surprise_of, unheld
+from gsfdi.reconcile.unheld import plainest, unheld
 from gsfdi.reconcile.waiting import between_stays
 from gsfdi.types import JointRecord
 
@@ -45,7 +46,10 @@ class Driving(NamedTuple):
 def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bool) -> Driving:
     """Tell the effort by the law where it is exact, else what the effort tells: a speed, or its own noise.
 
-    Where nobody says by which law it is made, it may also run on between its samples.
+    Where nobody says by which law it is made, it may also run on between its samples. And where nobody says how noisy
+    it is, what a law that was read off positions leaves, which is the noise of their slopes and of the speed that the
+    drive did answer to, looks like its sensor's: two sound torque joints were `unexplained`, their drive less likely by
+    500 than the recorded one.
 
     Parameters
     ----------
@@ -70,9 +74,10 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
         wide = answered(stand.records, model)
         if wide is not None and (exact is None or is_closer(wide, exact, stand.records)):
             exact, noise = wide.records, wide.noise
-    silent = replace(model.sensors, effort_noise=noise, effort_resolution=0.0)
-    if exact is not None and is_truer(exact, replace(model, sensors=silent), stand, model):
-        leveled = replace(model, sensors=silent, physics=(*model.physics, *levels(stand)))
+    recorded = plainest(stand, stand.records, model) if is_untold(stand, model) else None
+    silent = replace(model, sensors=replace(model.sensors, effort_noise=noise, effort_resolution=0.0))
+    if exact is not None and (recorded is None or likelier(plainest(stand, exact, silent), recorded) > 0):
+        leveled = replace(silent, physics=(*model.physics, *levels(stand)))
         return Driving(exact, leveled, level=level_doubt(stand), learnt=noise / stand.scales.effort)
     if law is not None:
         return Driving(None, model)
@@ -80,37 +85,22 @@ def driven_by(stand: Bench, model: JointModel, law: LawCheck | None, telling: bo
     noise = 0.0 if led else LOOPED * hiss_of(stand) / stand.scales.effort
     if stand.sees_speed and (quiet := hushed(stand.records, model)) is not None:
         return Driving(quiet.records, quiet.model, looped=noise)
-    return Driving(None, as_quiet_as_shown(model, stand), looped=noise)
+    noisy = with_effort_noise(model, None, stand)
+    return Driving(None, noisy if recorded is None else as_quiet_as_shown(noisy, recorded), looped=noise)
 
 
-def is_truer(exact: Sequence[JointRecord], silent: JointModel, stand: Bench, model: JointModel) -> bool:
-    """Whether a joint was driven by the efforts `exact` of its law rather than by the recorded ones.
-
-    A law that was read off positions leaves the noise of their slopes, and that of the speed which the drive did answer
-    to. Where nobody says how noisy efforts are, that looks like noise of their sensor. Two sound torque joints whose
-    speed nobody logged were `unexplained`, their drive less likely by 500 than the recorded one.
-    """
-    if not is_untold(stand, model):
-        return True
-    return surprise_of(plainest(stand, exact, silent)) < surprise_of(plainest(stand, stand.records, model))
-
-
-def as_quiet_as_shown(model: JointModel, stand: Bench) -> JointModel:
-    """State the noise of the effort's sensor by the effort, or by the joint where nothing else tells and that is plain.
+def as_quiet_as_shown(model: JointModel, hand: Round) -> JointModel:
+    """State the noise of the effort's sensor, which `model` guesses, as `hand` shows it where that is plainly less.
 
     Half the power of its hiss was four times the noise of two sound torque joints, which the fit then answered by
     gains of position and current that the joints do not have. Quieter by a fifth, and no likelier, it gave a sound arm
     a gearbox damping.
     """
-    noisy = with_effort_noise(model, None, stand)
-    if not is_untold(stand, model):
-        return noisy
-    hand = plainest(stand, stand.records, model)
-    unit = drive_gain(model, stand.records[0].effort)
-    loud = np.array([max(hand.torque[0], unit * effort_noise(noisy)), *hand.torque[1:]])
+    unit = drive_gain(model, hand.stand.records[0].effort)
+    loud = np.array([max(hand.torque[0], unit * effort_noise(model)), *hand.torque[1:]])
     if surprise(hand.stand, hand.innovations, loud) - surprise_of(hand) < PLAIN:
-        return noisy
-    return replace(noisy, sensors=replace(noisy.sensors, effort_noise=float(hand.torque[0]) / unit))
+        return model
+    return replace(model, sensors=replace(model.sensors, effort_noise=float(hand.torque[0]) / unit))
 
 
 def is_untold(stand: Bench, model: JointModel) -> bool:

@@ -228,4 +228,9 @@ def sticks(model: JointModel) -> bool:
 
 def likelier(new: Round | Turn, old: Round) -> float:
     """Log-likelihood that `new` gains upon `old`, each under the process noise that suits it best."""
-    return surprise(old.stand, old.innovations, old.torque) - surprise(new.stand, new.innovations, new.torque)
+    return surprise_of(old) - surprise_of(new)
+
+
+def surprise_of(hand: Round | Turn) -> float:
+    """Negative log-likelihood of what a fit leaves, under the process noise that suits it best."""
+    return surprise(hand.stand, hand.innovations, hand.torque)

@@ -30,7 +30,7 @@ TWINS = 4
 """Twins by which the usual gain of a term that is not there is told."""
 
 
-def left_by_twin(stand: Bench, own: JointModel) -> float:
+def left_by_twin(stand: Bench, own: JointModel, settled: Settled) -> float:
     """Torque noise that a twin leaves, as a share of the drive's torque; 0 where it cannot be simulated.
 
     Parameters
@@ -38,8 +38,10 @@ def left_by_twin(stand: Bench, own: JointModel) -> float:
     stand : Bench
         With the recordings whose motion it repeats.
     own : JointModel
-        What it is simulated from.
+        What it is simulated from, with sensors as the log shows them.
+    settled : Settled
     """
+    own = settled.as_logged(own)
     twin = twin_of(stand, own, own)
     return 0.0 if twin is None else float(np.linalg.norm(twin.torque)) / stand.scales.torque
 
@@ -63,7 +65,7 @@ def is_feigned(gained: float, first: Round, settled: Settled, plant: Plant, gain
     """
     if gained > PLAIN or settled.level > 0 or first.stand.sees_speed:
         return False
-    nominal = replace(settled.model, sensors=settled.logged.model.sensors)  # a told speed is noisier than the loop's
+    nominal = settled.as_logged(settled.model)
     given = len(nominal.physics)
     physics = rewritten(first, given, effort_floor(first.stand)).fitted.model.physics[:given]
     own, gains = replace(nominal, plant=plant, physics=physics), []

@@ -21,9 +21,9 @@ import numpy as np
 from gsfdi.drive import course, regular
 from gsfdi.model import JointModel, TermUse
 from gsfdi.reconcile.bench import Bench, bench
-from gsfdi.reconcile.hand import Round, settle, started
+from gsfdi.reconcile.hand import Round, settle, started, surprise_of
 from gsfdi.reconcile.knobs import plant_knobs, start_knobs, term_knobs
-from gsfdi.reconcile.noise import effort_floor, surprise
+from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.thinned import calmed
 from gsfdi.types import JointRecord
 
@@ -83,8 +83,3 @@ def plainest(stand: Bench, records: Sequence[JointRecord], model: JointModel) ->
     knobs = [*plant_knobs(model, records[0].effort), *start_knobs(own)]
     knobs += [knob for place in range(len(model.physics), len(full.physics)) for knob in term_knobs(own, full, place)]
     return settle(own, full, knobs, effort_floor(own))
-
-
-def surprise_of(hand: Round) -> float:
-    """Negative log-likelihood of what a fit leaves, under the noise that suits it."""
-    return surprise(hand.stand, hand.innovations, hand.torque)

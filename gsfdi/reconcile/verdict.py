@@ -2,15 +2,12 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from gsfdi.fit import Knob
-from gsfdi.model import JointModel
-from gsfdi.reconcile.bench import Bench
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.dating import moments_of
 from gsfdi.reconcile.enough import is_blind
@@ -73,7 +70,7 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     remains, near_noise = remaining(case)
     material = remains > MATERIAL and not near_noise
     if not entries:
-        if material and remains > AS_MUCH * by_twin(case, case.first.stand, case.refitted):
+        if material and remains > AS_MUCH * left_by_twin(case.first.stand, case.refitted, case.settled):
             return "unexplained"
         return "not_enough_data" if is_blind(case.first) else "no_mismatch"
     if strays(case.logged, case.refitted, case.updated, held_out=True):
@@ -85,14 +82,9 @@ def verdict_of(case: Case, entries: Sequence[Mapping[str, Any]], left: float) ->
     physics = any(not is_sensor(name.use.term) for name in case.found)
     if left <= REMAINS or not (physics or material):  # an error of what is seen is no missing torque
         return "explained"
-    if (near_noise and follows(case)) or remains <= AS_GOOD * by_twin(case, case.stand, case.updated):
+    if (near_noise and follows(case)) or remains <= AS_GOOD * left_by_twin(case.stand, case.updated, case.settled):
         return "explained"
     return "unexplained" if explains_little(case, left) else "partly_explained"
-
-
-def by_twin(case: Case, stand: Bench, own: JointModel) -> float:
-    """Torque noise that a twin with sensors as the log shows them leaves, as a share of the drive's torque."""
-    return left_by_twin(stand, replace(own, sensors=case.settled.logged.model.sensors))
 
 
 def is_hopeless(case: Case, left: float, most: float = HOPELESS) -> bool:
@@ -103,7 +95,7 @@ def is_hopeless(case: Case, left: float, most: float = HOPELESS) -> bool:
     remains, _ = remaining(case)
     if remains <= MATERIAL or not explains_little(case, left, most):
         return False
-    return remains > AS_GOOD * by_twin(case, case.stand, case.updated)
+    return remains > AS_GOOD * left_by_twin(case.stand, case.updated, case.settled)
 
 
 def remaining(case: Case) -> tuple[float, bool]:

@@ -216,12 +216,10 @@ def _weigh(P, C, R, seen, PC, W):  # type: ignore[no-untyped-def]
     W[:] = 0.0
     logdet = 0.0
     for i in range(p):
-        left = R[i, i]
+        left, beside = R[i, i], 0.0
         for a in range(n):
             left += C[i, a] * PC[a, i]
-        beside = 0.0
-        for a in range(n if i > 0 else 0):
-            beside += C[i, a] * PC[a, 0] * W[0, 0]
+            beside += C[i, a] * PC[a, 0] * W[0, 0]  # which is 0 of the first
         left -= beside**2
         if seen[i]:
             W[i, i] = 1.0 / np.sqrt(left)
