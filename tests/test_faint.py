@@ -9,7 +9,7 @@ import pytest
 from joints import MODEL, along
 from rigid import WET, swept
 
-from gsfdi.model import TermUse
+from gsfdi.model import Sensors, TermUse
 from gsfdi.reconcile import reconcile
 from gsfdi.reconcile.finalists import SEEN, SLIP, unslipped
 from gsfdi.reconcile.judge import ELSE, Name, Rival, weighed
@@ -82,6 +82,19 @@ def test_a_gain_that_is_a_little_off_is_found_where_a_speed_is_logged(name: str)
     (entry,) = reconcile([simulate_record(made, seed=1, duration=120.0)], MODEL).omitted_physics
     assert entry["term"] == f"controller_{name}"
     assert entry["parameters"]["ratio"]["value"] == pytest.approx(ratio, abs=5e-4)
+
+
+def test_a_gain_that_differs_by_arithmetic_only_has_no_name() -> None:
+    law, quiet = MODEL.controller, replace(MODEL, sensors=Sensors(effort_noise=1e-9))
+    assert law is not None
+    gains = [law.proportional * ratio for ratio in (1.000005, 1.0002)]
+    off = [replace(quiet, controller=replace(law, proportional=gain)) for gain in gains]
+    record = simulate_record(quiet, seed=5, duration=30.0)
+    rounded, set_off = (check_law([record], model) for model in off)
+    assert rounded is not None
+    assert set_off is not None
+    assert not rounded.findings
+    assert [finding.term for finding in set_off.findings] == ["controller_proportional"]
 
 
 @pytest.mark.parametrize("seed", range(6))

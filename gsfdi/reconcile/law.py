@@ -37,6 +37,8 @@ from gsfdi.types import Array, JointRecord, Mask
 
 COARSE = 0.003
 """Share of the effort below which a misfit of the law is how it was sampled and held rather than what it is."""
+ROUNDED = 1e-5
+"""Distance from 1 up to which a ratio is arithmetic, however plain: nobody sets a gain to so many digits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +197,7 @@ def _matters(finding: LawFinding, size: float, held: Held, timely: bool) -> bool
     values = finding.values
     if "ratio" in values:
         waits = finding.term == "controller_integral" and is_found(held, "current_limit")
-        least = WAITED if waits else COARSE if finding.gain < PLAINLY and not timely else 0.0
+        least = WAITED if waits else COARSE if finding.gain < PLAINLY and not timely else ROUNDED
         return abs(values["ratio"] - 1) > max(least, 4 * finding.spread)
     if times := {"delay_s", "lag_s"} & values.keys():
         return values[times.pop()] * held.law.sample_rate > SOON
