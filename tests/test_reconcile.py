@@ -38,7 +38,16 @@ from gsfdi.reconcile.sheet import Held, LawFinding, Log, sheet_of
 from gsfdi.reconcile.simpler import fewer
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.verdict import is_far, is_in_pieces, is_series, never_levels, sets_in_anew, strained, sways
+from gsfdi.reconcile.verdict import (
+    is_far,
+    is_in_pieces,
+    is_series,
+    never_ends,
+    never_levels,
+    sets_in_anew,
+    strained,
+    sways,
+)
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -288,6 +297,24 @@ def test_a_bristle_that_never_lets_go_is_a_spring() -> None:
 
 
 @pytest.mark.parametrize(
+    ("won", "ended", "named", "says"),
+    [
+        (5, False, ("stiffness_change", "coulomb_friction"), True),
+        (5, True, ("stiffness_change", "coulomb_friction"), False),  # chance explained what was left
+        (4, False, ("stiffness_change", "coulomb_friction"), False),
+        (5, False, ("cogging", "coulomb_friction", "gravity_unbalance", "cable_harness"), False),
+        (5, False, ("backlash",), False),  # its flanks are made in many ways
+    ],
+)
+def test_winners_that_are_worth_no_name_and_no_end_of_them_are_pieces_of_another(
+    won: int, ended: bool, named: tuple[str, ...], says: bool
+) -> None:
+    contests = [SimpleNamespace(winner=object())] * won + [SimpleNamespace(winner=None)] * ended
+    case = SimpleNamespace(found=[SimpleNamespace(use=TermUse(term)) for term in named], contests=contests)
+    assert never_ends(case) is says  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
     ("onsets", "anew"),
     [
         ({"coulomb_friction": [66.0], "cogging": [66.2, None]}, False),
@@ -334,6 +361,7 @@ def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
     stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0, period=0.01))
     case = SimpleNamespace(
         found=[SimpleNamespace(use=use)],
+        contests=[SimpleNamespace(winner=use), SimpleNamespace(winner=None)],
         hand=SimpleNamespace(fitted=fitted, torque=np.array([0.05, 0.0])),
         floor=np.array([0.01, 0.0]),
         settled=SimpleNamespace(model=SimpleNamespace(physics=())),
@@ -373,18 +401,21 @@ def test_what_leaves_nearly_all_of_a_mismatch_is_going_to_be_no_name(
 @pytest.mark.parametrize(
     ("won", "terms", "left", "unsaid", "over"),
     [
-        (1, ("cogging",), 1.0, 1.0, False),
-        (2, ("cogging", "cable_harness"), 0.95, 0.98, True),
-        (2, ("cogging", "position_bias"), 0.95, 0.98, False),  # what is seen wrongly is no torque
-        (2, ("cogging", "cable_harness"), 0.8, 0.98, False),
-        (2, ("cogging", "cable_harness"), 0.95, 0.2, False),
-        (3, ("cogging", "cable_harness", "viscous_friction"), 0.3, 0.2, True),
-        (3, ("cogging", "cable_harness", "viscous_friction"), 0.1, 0.2, False),
-        (5, ("cogging",), 0.0, 0.0, True),
+        (1, ("cogging",), (1.0,), 1.0, False),
+        (2, ("cogging", "cable_harness"), (0.95,), 0.98, True),
+        (2, ("cogging", "position_bias"), (0.95,), 0.98, False),  # what is seen wrongly is no torque
+        (2, ("cogging", "cable_harness"), (0.8,), 0.98, False),
+        (2, ("cogging", "cable_harness"), (0.95,), 0.2, False),
+        (3, ("cogging", "cable_harness", "viscous_friction"), (0.3,), 0.2, True),
+        (3, ("cogging", "cable_harness", "viscous_friction"), (0.1,), 0.2, False),
+        (3, ("cogging", "cable_harness", "viscous_friction"), (1.0, 0.15, 0.15, 0.15), 0.2, True),
+        (3, ("cogging", "cable_harness", "viscous_friction"), (1.0, 0.18, 0.18, 0.15), 0.2, False),
+        (3, ("cogging", "cable_harness", "viscous_friction"), (1.0, 0.05, 0.05, 0.05), 0.2, False),
+        (5, ("cogging",), (0.0,), 0.0, True),
     ],
 )
 def test_a_competition_is_over_where_its_winners_explain_little(
-    won: int, terms: tuple[str, ...], left: float, unsaid: float, over: bool
+    won: int, terms: tuple[str, ...], left: tuple[float, ...], unsaid: float, over: bool
 ) -> None:
     assert is_over(won, [TermUse(term) for term in terms], left, unsaid, 5) is over
 

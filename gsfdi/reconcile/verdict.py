@@ -9,6 +9,7 @@ import numpy as np
 
 from gsfdi.fit import Knob
 from gsfdi.reconcile.case import Case
+from gsfdi.reconcile.compete import MOST
 from gsfdi.reconcile.dating import moments_of
 from gsfdi.reconcile.enough import is_blind
 from gsfdi.reconcile.finalists import has_ended, never_slips
@@ -19,6 +20,7 @@ from gsfdi.reconcile.offering import SIMULATED
 from gsfdi.reconcile.parameters import TERM_OF
 from gsfdi.reconcile.reconciliation import Outcome
 from gsfdi.reconcile.ticks import left_by_shift
+from gsfdi.reconcile.trifles import SHAPED
 from gsfdi.reconcile.twin import left_by_twin
 from gsfdi.reconcile.verify import felt_noise, left_over, misfit, strays
 
@@ -139,6 +141,18 @@ def sways(case: Case) -> bool:
     return power > 1.0 + SWAYS * float(np.sqrt(2.0 / max(count, 1)))
 
 
+def never_ends(case: Case) -> bool:
+    """Whether the competition was broken off at its last term, and two or more of its winners are worth no name.
+
+    Where the joint's own terms are on the shelf they come first, and chance explains the rest. Beside a stiffness, in
+    the place of a gearbox that creeps, an eccentric encoder, a drag, a damping and a bias gained 50 to 530 each.
+    """
+    won = sum(contest.winner is not None for contest in case.contests)
+    over = case.contests[-1].winner is not None
+    shaped = any(name.use.term in SHAPED for name in case.found)  # how a law is written takes some mending
+    return over and won >= MOST and len(case.found) < won - 1 and not shaped
+
+
 def is_series(case: Case) -> bool:
     """Whether so many terms of one kind were found, one of them as far from its own shape as it may go."""
     counts = Counter(name.use.term for name in case.found)
@@ -234,5 +248,5 @@ def is_at_end(knob: Knob, value: float) -> bool:
     return any(knob.is_at(end, value) for end in (knob.low, knob.high))
 
 
-SIGNS = (sets_in_anew, is_series, bent_by_law, is_far, never_levels, is_in_pieces, sways)
+SIGNS = (never_ends, sets_in_anew, is_series, bent_by_law, is_far, never_levels, is_in_pieces, sways)
 """Signs that what was found are pieces of something that has no name here."""

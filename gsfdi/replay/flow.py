@@ -16,22 +16,22 @@ def series(model, era, spring, powers):  # type: ignore[no-untyped-def]
     """Fill what `transitions` needs of the plant of the era that begins at index `era`, of the `spring` given.
 
     As A⁴ is -(a A³ + b A² + c A) (Cayley and Hamilton), the exponential's integral over h is h + u A + v A² + w A³.
-    ``powers[:3]`` are A, A² and A³; ``powers[LATER + k, 0, :3]`` is what h^(k + 2) adds to u, v and w, and
-    ``powers[NUMBERS, 0]`` is c, b, a and the plant's fastest rate.
+    ``powers[:3]`` are A, A² and A³, by column; ``powers[LATER + k, 0, :3]`` is what h^(k + 2) adds to u, v and w, and
+    ``powers[NUMBERS, 0]`` is c, b, a and the plant's fastest rate, the next row one over each side's inertia.
     """
     powers[:LATER] = 0.0
     drag, on_motor, on_both = model[era + at.DAMPING] / model[era + at.INERTIA_OUTPUT], 0.0, 0.0
-    powers[0, 0, 1], powers[0, 1, 1] = 1.0, -drag
+    powers[0, 1, 0], powers[0, 1, 1] = 1.0, -drag
     if model[at.RIGID] == 0:
         on_motor = spring / model[era + at.INERTIA_MOTOR]
         on_both = on_motor + spring / model[era + at.INERTIA_OUTPUT]
-        powers[0, 1, 1], powers[0, 1, 2], powers[0, 2, 3] = 0.0, on_motor, 1.0
-        powers[0, 3, 1], powers[0, 3, 2], powers[0, 3, 3] = -drag, -on_both, -drag
+        powers[0, 1, 1], powers[0, 2, 1], powers[0, 3, 2] = 0.0, on_motor, 1.0
+        powers[0, 1, 3], powers[0, 2, 3], powers[0, 3, 3] = -drag, -on_both, -drag
     for n in range(1, LATER):
-        for i in range(4):
-            for j in range(4):
+        for j in range(4):
+            for i in range(4):
                 for k in range(4):
-                    powers[n, i, j] += powers[n - 1, i, k] * powers[0, k, j]
+                    powers[n, j, i] += powers[n - 1, k, i] * powers[0, j, k]
     c, b, a = drag * on_motor, on_both, drag
     u, v, w, share = 1.0, 0.0, 0.0, 0.5
     for k in range(TERMS):
@@ -39,67 +39,82 @@ def series(model, era, spring, powers):  # type: ignore[no-untyped-def]
         u, v, w, share = -c * w, u - b * w, v - a * w, share / (k + 3)
     numbers = powers[NUMBERS, 0]
     numbers[0], numbers[1], numbers[2], numbers[3] = c, b, a, max(math.sqrt(on_both), drag)
+    lightness = powers[NUMBERS, 1]
+    lightness[1] = 1.0 / model[era + at.INERTIA_OUTPUT]
+    lightness[0] = lightness[1] if model[at.RIGID] > 0 else 1.0 / model[era + at.INERTIA_MOTOR]
 
 
 @compiled
 def enough(argument):  # type: ignore[no-untyped-def]
-    """Terms after which a series of that argument no longer changes."""
+    """Terms, an even number, after which a series of that argument no longer changes."""
     if argument < 0.03:
-        return 5 if argument < 1e-3 else 8
-    return 11 if argument < 0.15 else TERMS
+        return 6 if argument < 1e-3 else 8
+    return 12 if argument < 0.15 else TERMS
 
 
 @compiled
-def transitions(model, era, powers, half, flow, first):  # type: ignore[no-untyped-def]
-    """Fill ``flow[first] = [Φ(h/2), Γ(h/2)]`` (4, 6), the next with those of h."""
+def transitions(model, powers, half, flow, first):  # type: ignore[no-untyped-def]
+    """Fill ``flow[first] = [Φ(h/2), Γ(h/2)]`` (6, 4), by column, the next with those of h."""
     numbers = powers[NUMBERS, 0]
     c, b, a, rate = numbers[0], numbers[1], numbers[2], numbers[3]
-    u, v, w = 0.0, 0.0, 0.0
-    for k in range(enough(rate * half) - 1, -1, -1):  # three sums side by side: none waits for another
-        u = u * half + powers[LATER + k, 0, 0]
-        v = v * half + powers[LATER + k, 0, 1]
-        w = w * half + powers[LATER + k, 0, 2]
-    u, v, w = u * half**2, v * half**2, w * half**2
-    flow_of(model, era, powers, half, u, v, w, flow, first)
+    u, v, w, odd_u, odd_v, odd_w, square = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, half * half
+    for k in range(LATER + enough(rate * half) - 2, LATER - 1, -2):  # six sums side by side: none waits for another
+        u, odd_u = u * square + powers[k, 0, 0], odd_u * square + powers[k + 1, 0, 0]
+        v, odd_v = v * square + powers[k, 0, 1], odd_v * square + powers[k + 1, 0, 1]
+        w, odd_w = w * square + powers[k, 0, 2], odd_w * square + powers[k + 1, 0, 2]
+    u, v, w = (u + odd_u * half) * square, (v + odd_v * half) * square, (w + odd_w * half) * square
+    flow_of(model, powers, half, u, v, w, flow, first)
     p, q, r = half - c * w, u - b * w, v - a * w  # what Φ has of A, A² and A³; times the integral it has up to A⁶
     sixth = r * w
     fifth = q * w + r * v - a * sixth
     fourth = p * w + q * v + r * u - b * sixth - a * fifth
     third = w + p * v + q * u + r * half - c * sixth - b * fifth - a * fourth
     second = v + p * u + q * half - c * fifth - b * fourth
-    flow_of(model, era, powers, 2 * half, 2 * u + p * half - c * fourth, v + second, w + third, flow, first + 1)
+    flow_of(model, powers, 2 * half, 2 * u + p * half - c * fourth, v + second, w + third, flow, first + 1)
 
 
 @compiled
-def flow_of(model, era, powers, h, u, v, w, flow, row):  # type: ignore[no-untyped-def]
-    """Fill ``flow[row]`` with Φ(h) and Γ(h), the exponential's integral being h + u A + v A² + w A³."""
+def flow_of(model, powers, h, u, v, w, flow, row):  # type: ignore[no-untyped-def]
+    """Fill ``flow[row]`` with Φ(h) and Γ(h), the exponential's integral being h + u A + v A² + w A³.
+
+    By column, four numbers side by side that a processor adds at once: a recording whose stamps jitter has flows of
+    its own for every sample.
+    """
     numbers = powers[NUMBERS, 0]
     p, q, r = h - numbers[0] * w, u - numbers[1] * w, v - numbers[2] * w
-    rigid, per_output = model[at.RIGID] > 0, 1.0 / model[era + at.INERTIA_OUTPUT]
-    per_motor = 0.0 if rigid else 1.0 / model[era + at.INERTIA_MOTOR]
-    for i in range(2 if rigid else 4):  # a rigid joint has no wind-up
-        flow[row, i, 0] = 1.0 if i == 0 else 0.0  # A has nothing in its first column
-        for j in range(1, 4):
-            own = 1.0 if i == j else 0.0
-            flow[row, i, j] = own + p * powers[0, i, j] + q * powers[1, i, j] + r * powers[2, i, j]
-        on_motor = (h if i == 1 else 0.0) + u * powers[0, i, 1] + v * powers[1, i, 1] + w * powers[2, i, 1]
-        on_output = (h if i == 3 else 0.0) + u * powers[0, i, 3] + v * powers[1, i, 3] + w * powers[2, i, 3]
-        flow[row, i, 4] = on_motor * per_output if rigid else (on_motor - on_output) * per_motor
-        flow[row, i, 5] = on_motor * per_output if rigid else on_output * per_output
+    lightness = powers[NUMBERS, 1]
+    out, A, A2, A3 = flow[row], powers[0], powers[1], powers[2]
+    out[0, 0], out[0, 1], out[0, 2], out[0, 3] = 1.0, 0.0, 0.0, 0.0  # A has nothing in its first column
+    weigh(out[1], 0.0, 1.0, 0.0, 0.0, p, A[1], q, A2[1], r, A3[1])
+    weigh(out[2], 0.0, 0.0, 1.0, 0.0, p, A[2], q, A2[2], r, A3[2])
+    weigh(out[3], 0.0, 0.0, 0.0, 1.0, p, A[3], q, A2[3], r, A3[3])
+    weigh(out[4], 0.0, h, 0.0, 0.0, u, A[1], v, A2[1], w, A3[1])
+    if model[at.RIGID] > 0:
+        for i in range(4):
+            out[4, i] *= lightness[1]
+            out[5, i] = out[4, i]
+        return
+    weigh(out[5], 0.0, 0.0, 0.0, h, u, A[3], v, A2[3], w, A3[3])
+    for i in range(4):
+        out[4, i] = (out[4, i] - out[5, i]) * lightness[0]
+        out[5, i] *= lightness[1]
 
 
 @inlined
-def advance(model, flow, which, v, source, target, on_motor, on_output):  # type: ignore[no-untyped-def]
+def weigh(out, a, b, c, d, p, x, q, y, r, z):  # type: ignore[no-untyped-def]
+    """Set `out` to ``(a, b, c, d) + p x + q y + r z``; none is written before all are there, so that all go at once."""
+    a, b = a + p * x[0] + q * y[0] + r * z[0], b + p * x[1] + q * y[1] + r * z[1]
+    c, d = c + p * x[2] + q * y[2] + r * z[2], d + p * x[3] + q * y[3] + r * z[3]
+    out[0], out[1], out[2], out[3] = a, b, c, d
+
+
+@inlined
+def advance(flow, which, v, source, target, on_motor, on_output):  # type: ignore[no-untyped-def]
     """Set row `target` of the vectors to ``Φ x + Γ w`` of row `source`."""
     a, b, c, d = v[source, 0], v[source, 1], v[source, 2], v[source, 3]
-    flexible = model[at.RIGID] == 0
-    for i in range(4):
-        if i < 2 or flexible:
-            v[target, i] = (
-                flow[which, i, 0] * a
-                + flow[which, i, 1] * b
-                + flow[which, i, 2] * c
-                + flow[which, i, 3] * d
-                + flow[which, i, 4] * on_motor
-                + flow[which, i, 5] * on_output
-            )
+    by = flow[which]
+    e = by[0, 0] * a + by[1, 0] * b + by[2, 0] * c + by[3, 0] * d + by[4, 0] * on_motor + by[5, 0] * on_output
+    f = by[0, 1] * a + by[1, 1] * b + by[2, 1] * c + by[3, 1] * d + by[4, 1] * on_motor + by[5, 1] * on_output
+    g = by[0, 2] * a + by[1, 2] * b + by[2, 2] * c + by[3, 2] * d + by[4, 2] * on_motor + by[5, 2] * on_output
+    h = by[0, 3] * a + by[1, 3] * b + by[2, 3] * c + by[3, 3] * d + by[4, 3] * on_motor + by[5, 3] * on_output
+    v[target, 0], v[target, 1], v[target, 2], v[target, 3] = e, f, g, h

@@ -66,14 +66,14 @@ def stop_dry(flow, full, v, motor_low, motor_high, output_low, output_high):  # 
     if motor_low == 0.0 and motor_high == 0.0 and output_low == 0.0 and output_high == 0.0:
         return on_motor, on_output, motor_early, output_early, motor_did, output_did, motor_slid, output_slid
     for _ in range(3):
-        speed = v[at.FREE, 1] - flow[full, 1, 5] * on_output
+        speed = v[at.FREE, 1] - flow[full, 5, 1] * on_output
         on_motor, motor_early, motor_did, motor_slid = dry_over(
-            v[at.X, 1], speed, flow[full, 1, 4], motor_low, motor_high
+            v[at.X, 1], speed, flow[full, 4, 1], motor_low, motor_high
         )
         if output_low == 0.0 and output_high == 0.0:
             break
-        speed = v[at.FREE, 1] + v[at.FREE, 3] - (flow[full, 1, 4] + flow[full, 3, 4]) * on_motor
-        response = flow[full, 1, 5] + flow[full, 3, 5]
+        speed = v[at.FREE, 1] + v[at.FREE, 3] - (flow[full, 4, 1] + flow[full, 4, 3]) * on_motor
+        response = flow[full, 5, 1] + flow[full, 5, 3]
         before = v[at.X, 1] + v[at.X, 3]
         on_output, output_early, output_did, output_slid = dry_over(before, speed, response, output_low, output_high)
     return on_motor, on_output, motor_early, output_early, motor_did, output_did, motor_slid, output_slid

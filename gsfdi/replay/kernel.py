@@ -122,7 +122,7 @@ def scratch(terms: int) -> tuple[Array, Array, Array, Array, Array]:
     return (
         np.zeros(motion.QUANTITIES),
         np.zeros((at.VECTORS, 4)),
-        np.zeros((8, 4, 6)),
+        np.zeros((8, 6, 4)),
         np.zeros((2, MATRICES, 4, 4)),
         np.zeros(2 * (motion.STATES * terms + 1)),
     )

@@ -48,7 +48,7 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
         count = min(max(least, math.ceil(span / longest - 1e-9)), float(MOST_SUBSTEPS))
         h = span / count
         if abs(h - v[at.FITTED, 0]) > 1e-8 * h:
-            spread(model, era, powers, 0.5 * h, flow, 0)
+            spread(model, powers, 0.5 * h, flow, 0)
             v[at.FITTED, 0], v[at.FITTED, 3] = h, 0.0
         v[at.FITTED, 1], v[at.FITTED, 2] = span, count
     count, h = int(v[at.FITTED, 2]), v[at.FITTED, 0]
@@ -71,7 +71,7 @@ def travel(model, era, powers, m, v, states, flow, clock, state, now):  # type: 
                 undo(v, states)
                 parts, done = parts_of(model, h), 0
                 if v[at.FITTED, 3] == 0.0:
-                    spread(model, era, powers, 0.5 * h / parts, flow, 2)
+                    spread(model, powers, 0.5 * h / parts, flow, 2)
                     v[at.FITTED, 3] = 1.0
 
 
@@ -82,11 +82,11 @@ def parts_of(model, h):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def spread(model, era, powers, half, flow, first):  # type: ignore[no-untyped-def]
+def spread(model, powers, half, flow, first):  # type: ignore[no-untyped-def]
     """Fill the flows of a substep from `first` on, and `LOOSE` further those without the spring if there is a play."""
-    transitions(model, era, powers[0], half, flow, first)
+    transitions(model, powers[0], half, flow, first)
     if model[at.PLAY] > 0:
-        transitions(model, era, powers[1], half, flow, LOOSE + first)
+        transitions(model, powers[1], half, flow, LOOSE + first)
 
 
 @compiled
@@ -130,7 +130,7 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
     drive = model[era + at.DRIVE_GAIN] * effort
     spring = v[at.TORQUES, 3] + beyond * v[at.X, 2]
     on_motor = v[at.TORQUES, 0] * drive + spring - v[at.TORQUES, 1]
-    advance(model, flow, first, v, at.X, at.MIDDLE, on_motor, -spring - v[at.TORQUES, 2])
+    advance(flow, first, v, at.X, at.MIDDLE, on_motor, -spring - v[at.TORQUES, 2])
     slow = is_slow(model, v)
     see(model, m, v, at.MIDDLE, time + 0.5 * h)
     m[motion.STEP], m[motion.CURRENT], m[motion.STIFFNESS] = h, effort, model[era + at.SPRING_RATE]
@@ -151,7 +151,7 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
     on_motor = total(at.MOTOR_TORQUE, model, m, states) - lever
     if any_in(at.MOTOR_DRY, model):
         motor_low, motor_high = dry_range(at.MOTOR_DRY, model, m, states)
-    advance(model, flow, full, v, at.X, at.FREE, factor * drive + spring - on_motor, -spring - on_output)
+    advance(flow, full, v, at.X, at.FREE, factor * drive + spring - on_motor, -spring - on_output)
     if model[at.WAVE] > 0:
         lead(flow, first, v, drive_early + spring_early - m[motion.EARLY], -spring_early)
     dry_motor, dry_output, motor_early, output_early, motor_did, output_did, motor_slid, output_slid = stop_dry(
@@ -159,10 +159,10 @@ def substep(model, era, m, v, states, flow, first, effort, early, time, h):  # t
     )
     motor, joint = v[at.X, 0], v[at.X, 0] + v[at.X, 2]
     for i in range(4):
-        v[at.X, i] = v[at.FREE, i] - flow[full, i, 4] * dry_motor - flow[full, i, 5] * dry_output
+        v[at.X, i] = v[at.FREE, i] - flow[full, 4, i] * dry_motor - flow[full, 5, i] * dry_output
     motor_early -= factor * model[era + at.DRIVE_GAIN] * early
     for i in (0, 2):
-        v[at.X, i] -= h * (flow[full, i + 1, 4] * motor_early + flow[full, i + 1, 5] * output_early)
+        v[at.X, i] -= h * (flow[full, 4, i + 1] * motor_early + flow[full, 5, i + 1] * output_early)
     if motor_did == STICKS:
         motor += h * motor_slid
         v[at.X, 2] += v[at.X, 0] - motor if model[at.RIGID] == 0 else 0.0
@@ -182,8 +182,8 @@ def lead(flow, first, v, on_motor, on_output):  # type: ignore[no-untyped-def]
     third order of the step; Γ(h) less twice Γ(h/2) is a quarter of h² A Φ(h/2) B.
     """
     for i in range(4):
-        v[at.FREE, i] += 4.0 * on_motor * (flow[first + 1, i, 4] - 2.0 * flow[first, i, 4])
-        v[at.FREE, i] += 4.0 * on_output * (flow[first + 1, i, 5] - 2.0 * flow[first, i, 5])
+        v[at.FREE, i] += 4.0 * on_motor * (flow[first + 1, 4, i] - 2.0 * flow[first, 4, i])
+        v[at.FREE, i] += 4.0 * on_output * (flow[first + 1, 5, i] - 2.0 * flow[first, 5, i])
 
 
 @inlined
