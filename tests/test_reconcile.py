@@ -39,6 +39,7 @@ from gsfdi.reconcile.simpler import fewer
 from gsfdi.reconcile.trifles import least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.verdict import (
+    gives_by_speed,
     is_far,
     is_in_pieces,
     is_series,
@@ -315,6 +316,22 @@ def test_winners_that_are_worth_no_name_and_no_end_of_them_are_pieces_of_another
 
 
 @pytest.mark.parametrize(
+    ("won", "named", "says"),
+    [
+        (("gearbox_hysteresis", "gearbox_damping"), ("gearbox_hysteresis",), True),
+        (("gearbox_hysteresis", "gearbox_damping"), ("gearbox_hysteresis", "gearbox_damping"), False),
+        (("gearbox_hysteresis", "encoder_eccentricity"), ("gearbox_hysteresis",), False),
+        (("stiffness_change", "gearbox_damping"), ("stiffness_change",), False),
+    ],
+)
+def test_a_loop_that_speed_widens_is_no_hysteresis(won: tuple[str, ...], named: tuple[str, ...], says: bool) -> None:
+    winners = [SimpleNamespace(offer=TermUse(term)) for term in won]
+    contests = [SimpleNamespace(winner=winner) for winner in (*winners, None)]
+    case = SimpleNamespace(found=[SimpleNamespace(use=TermUse(term)) for term in named], contests=contests)
+    assert gives_by_speed(case) is says  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
     ("onsets", "anew"),
     [
         ({"coulomb_friction": [66.0], "cogging": [66.2, None]}, False),
@@ -361,7 +378,7 @@ def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
     stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0, period=0.01))
     case = SimpleNamespace(
         found=[SimpleNamespace(use=use)],
-        contests=[SimpleNamespace(winner=use), SimpleNamespace(winner=None)],
+        contests=[SimpleNamespace(winner=None)],
         hand=SimpleNamespace(fitted=fitted, torque=np.array([0.05, 0.0])),
         floor=np.array([0.01, 0.0]),
         settled=SimpleNamespace(model=SimpleNamespace(physics=())),

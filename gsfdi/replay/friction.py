@@ -65,12 +65,12 @@ def stop_dry(flow, full, v, motor_low, motor_high, output_low, output_high):  # 
     motor_did, output_did, motor_slid, output_slid = SLIDES, SLIDES, 0.0, 0.0
     if motor_low == 0.0 and motor_high == 0.0 and output_low == 0.0 and output_high == 0.0:
         return on_motor, on_output, motor_early, output_early, motor_did, output_did, motor_slid, output_slid
-    for _ in range(3):
-        speed = v[at.FREE, 1] - flow[full, 5, 1] * on_output
+    for turn in range(3):
+        was, speed = on_motor, v[at.FREE, 1] - flow[full, 5, 1] * on_output
         on_motor, motor_early, motor_did, motor_slid = dry_over(
             v[at.X, 1], speed, flow[full, 4, 1], motor_low, motor_high
         )
-        if output_low == 0.0 and output_high == 0.0:
+        if output_low == output_high == 0.0 or (turn > 0 and on_motor == was):
             break
         speed = v[at.FREE, 1] + v[at.FREE, 3] - (flow[full, 4, 1] + flow[full, 4, 3]) * on_motor
         response = flow[full, 5, 1] + flow[full, 5, 3]
