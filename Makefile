@@ -3,7 +3,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test lint clean
+.PHONY: demo test thorough lint clean
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -14,12 +14,15 @@ demo: $(READY)
 	$(BIN)/python sample_telemetry/demo.py
 
 # Two workers share the cores: their linear algebra keeps to one thread each, as the command line's does.
-test: export OMP_NUM_THREADS = 1
-test: export OPENBLAS_NUM_THREADS = 1
+test thorough: export OMP_NUM_THREADS = 1
+test thorough: export OPENBLAS_NUM_THREADS = 1
 test: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/python -m pytest -n 2 -m "not thorough"
+
+thorough: $(READY)
 	$(BIN)/python -m pytest -n 2
 
 lint: $(READY)

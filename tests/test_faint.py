@@ -33,6 +33,7 @@ def test_a_mode_beyond_what_the_motion_excites_is_no_inertia() -> None:
     assert entry["parameters"]["frequency_hz"]["value"] == pytest.approx(2.62, rel=0.02)
 
 
+@pytest.mark.thorough
 def test_a_spot_that_is_met_once_does_not_mend_when_another_term_set_in() -> None:
     answer = swept(
         TermUse("viscous_friction", {"coefficient_nms_rad": 1.8154}, None, 24.6124),

@@ -18,7 +18,7 @@ from tests.joints import MODEL, record
     ("term", "size", "value", "seconds"),
     [
         ("viscous_friction", "coefficient_nms_rad", 3000.0, 40.0),
-        ("shear_thinning_friction", "torque_nm", 60.0, 60.0),
+        pytest.param("shear_thinning_friction", "torque_nm", 60.0, 60.0, marks=pytest.mark.thorough),
     ],
 )
 def test_a_friction_of_the_drives_torque_is_named(term: str, size: str, value: float, seconds: float) -> None:
@@ -29,6 +29,7 @@ def test_a_friction_of_the_drives_torque_is_named(term: str, size: str, value: f
     assert name["parameters"][size]["value"] == pytest.approx(value, rel=0.01)
 
 
+@pytest.mark.thorough
 def test_nothing_is_named_beside_a_large_friction_for_its_coming_late() -> None:
     found = reconcile([record("coulomb_friction=60@15", seed=5, duration=45.0)], MODEL)
     (name,) = found.omitted_physics

@@ -24,10 +24,13 @@ from gsfdi.reconcile.offer import Offer
             TermUse("gravity_unbalance", {"torque_nm": 0.6, "angle_rad": 0.96}),
             TermUse("constant_load", {"torque_nm": 0.38}),
         ),
-        (
-            TermUse("cogging", {"amplitude_nm": 0.46, "order": 6.0, "phase_rad": -2.23}),
-            TermUse("cable_harness", {"stiffness_nm_rad": 2.88, "rest_rad": -0.014}),
-            TermUse("viscous_friction", {"coefficient_nms_rad": 3.19}, onset=21.48),
+        pytest.param(
+            (
+                TermUse("cogging", {"amplitude_nm": 0.46, "order": 6.0, "phase_rad": -2.23}),
+                TermUse("cable_harness", {"stiffness_nm_rad": 2.88, "rest_rad": -0.014}),
+                TermUse("viscous_friction", {"coefficient_nms_rad": 3.19}, onset=21.48),
+            ),
+            marks=pytest.mark.thorough,
         ),
     ],
 )

@@ -179,6 +179,7 @@ def test_two_effects_at_once_are_both_named_and_nothing_besides() -> None:
     assert {entry["term"] for entry in answer.omitted_physics} == {"coulomb_friction", "cogging"}
 
 
+@pytest.mark.thorough
 def test_a_second_effect_is_named_beside_one_that_is_a_hundred_times_as_large() -> None:
     both = (
         TermUse("constant_load", {"torque_nm": 4.5}, "output"),
@@ -1038,6 +1039,7 @@ def test_a_term_gains_on_a_twin_beside_terms_that_suit_it(monkeypatch: pytest.Mo
     assert held == [restated]
 
 
+@pytest.mark.thorough
 def test_a_joint_that_moves_does_not_slip() -> None:
     """A step of the position that is six times its noise, which no speed tells from a slip of a joint that sticks."""
     physics = (TermUse("coulomb_friction", {"torque_nm": 2.0}, "motor"),)
@@ -1109,6 +1111,7 @@ def test_an_offer_that_lives_in_one_block_has_a_high_bar_of_its_own() -> None:
     assert bar(wild, 2, 0.005) > 0.5 * (lone @ residual) ** 2 / (lone @ lone)
 
 
+@pytest.mark.thorough
 def test_an_observer_does_not_work_the_bristles() -> None:
     use = TermUse("presliding_friction", {"torque_nm": 2.0, "stiffness_nm_rad": 1e4})
     found = []

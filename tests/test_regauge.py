@@ -29,9 +29,9 @@ def rubbing(dry: float, wet: float, **details: float) -> tuple[TermUse, ...]:
     ("dry", "wet", "details", "found"),
     [
         (3.28, 34.4, {}, {"coulomb_friction": 0.28, "viscous_friction": 4.4}),
-        (3.6, 36.0, {}, {"coulomb_friction": 0.6, "viscous_friction": 6.0}),
+        pytest.param(3.6, 36.0, {}, {"coulomb_friction": 0.6, "viscous_friction": 6.0}, marks=pytest.mark.thorough),
         (2.7, 27.0, {}, {"coulomb_friction": -0.3, "viscous_friction": -3.0}),
-        (2.4, 30.0, {"smooth_rad_s": 5e-4}, {"coulomb_friction": -0.6}),
+        pytest.param(2.4, 30.0, {"smooth_rad_s": 5e-4}, {"coulomb_friction": -0.6}, marks=pytest.mark.thorough),
         (3.06, 30.0, {}, {}),
     ],
 )

@@ -68,6 +68,7 @@ def test_a_little_more_friction_where_it_turns_is_how_it_turns(
     assert only_turns(replace(JOINT, physics=(HOLDS, more)), at_once=2e-3) is mends
 
 
+@pytest.mark.thorough
 def test_an_effect_is_named_beside_friction_that_turns_round_slowly() -> None:
     (entry,) = reconcile(
         [simulate_record(REAL, faults=(fault_of("backlash=2e-5"),), duration=25.0)], JOINT

@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
+import pytest
+
 from gsfdi import ingest
 from gsfdi.modelfile import load_models
 from gsfdi.proof.cases import Design, draw, write_files
 from gsfdi.reconcile import reconcile
 
 
+@pytest.mark.thorough
 def test_what_only_mends_a_fit_that_was_stuck_is_no_name(tmp_path: Path) -> None:
     """A gearbox damping left the plant 44 off its best fit; a friction of 9e-5 of the load gained 14 beside nothing."""
     write_files(draw(Design("null", (), "plain", exact_nominal=True), 140427680407), tmp_path)

@@ -151,7 +151,7 @@ def test_a_joint_without_a_law_has_a_twin_under_one_that_is_roughly_its_own() ->
     assert twin_of(bench([silent], unknown), unknown, unknown) is None
 
 
-@pytest.mark.parametrize(("bias", "within"), [(2e-3, 0.2), (2e-2, 0.01)])
+@pytest.mark.parametrize(("bias", "within"), [(2e-3, 0.2), pytest.param(2e-2, 0.01, marks=pytest.mark.thorough)])
 def test_a_bias_of_the_current_is_dated_although_no_speed_is_logged(bias: float, within: float) -> None:
     answer = answered(TermUse("current_bias", {"bias_a": bias}, None, 25.003))
     (entry,) = answer.omitted_physics

@@ -34,7 +34,10 @@ def test_a_stribeck_friction_and_a_drag_are_told_apart(
             assert found[use.term][name]["value"] == pytest.approx(value, rel=0.02)
 
 
-@pytest.mark.parametrize(("drag_nm", "yields", "dry_nm", "cogging_nm"), [(1.2, 0.08, 1.0, 0.6), (1.0, 0.15, 1.0, 0.0)])
+@pytest.mark.parametrize(
+    ("drag_nm", "yields", "dry_nm", "cogging_nm"),
+    [pytest.param(1.2, 0.08, 1.0, 0.6, marks=pytest.mark.thorough), (1.0, 0.15, 1.0, 0.0)],
+)
 def test_what_is_found_beside_the_wrong_friction_is_looked_at_anew_beside_the_right_one(
     drag_nm: float, yields: float, dry_nm: float, cogging_nm: float
 ) -> None:
