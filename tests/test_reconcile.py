@@ -374,6 +374,7 @@ def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
     monkeypatch.setattr(verdict, "left_by_twin", lambda *args: by_twin)
     monkeypatch.setattr(verdict, "left_over", lambda *args: held_out)
     monkeypatch.setattr(verdict, "strays", lambda *args, **kwargs: False)
+    monkeypatch.setattr(verdict, "inconstant", lambda *args: [])
     use = TermUse(term, {})
     fitted = SimpleNamespace(knobs=[], values=[], model=SimpleNamespace(physics=[use]))
     stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0, period=0.01))

@@ -35,13 +35,13 @@ from gsfdi.reconcile.noise import effort_floor
 from gsfdi.reconcile.offering import all_offers
 from gsfdi.reconcile.parameters import Shift
 from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
-from gsfdi.reconcile.say import bent, rewritten, summary, timed
+from gsfdi.reconcile.say import bent, rewritten, summary, timed, varying
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
 from gsfdi.reconcile.ticks import shift_of
 from gsfdi.reconcile.together import together
 from gsfdi.reconcile.twin import gain_of_term, is_feigned
-from gsfdi.reconcile.verdict import PARTLY, bent_by_law, is_hopeless, left_of, verdict_of
+from gsfdi.reconcile.verdict import PARTLY, bent_by_law, is_hopeless, left_of, varies, verdict_of
 from gsfdi.reconcile.verify import left_over
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord
@@ -122,6 +122,7 @@ def _told(case: Case) -> Reconciliation:
     fit = _fit(case, model)
     anew = rewritten(case.settled.model.physics, case.hand.fitted.model.physics, case.nominal.axis)
     says = summary(verdict, entries, *said) + bent(bent_by_law(case) if entries else []) + anew
+    says += varying(varies(case) if entries and verdict == "partly_explained" else [])
     return Reconciliation(
         joint=case.joint,
         verdict=verdict,

@@ -90,6 +90,12 @@ def bent(terms: Sequence[str]) -> str:
     return f" The model's {numbers} went as far as they are believed: another law may be at work, or they are worse."
 
 
+def varying(found: Sequence[tuple[str, str]]) -> str:
+    """Say which sizes are no constants; nothing where all are."""
+    told = "; ".join(f"that of the {term.replace('_', ' ')} is another {where}" for term, where in found)
+    return f" A size should be one number: {told}. Something that is not in the library may be at work." if told else ""
+
+
 def timed(shift: float) -> str:
     """Say how the log is shifted within a tick; nothing where it is not."""
     if shift == 0.0:

@@ -10,6 +10,7 @@ import numpy as np
 from gsfdi.fit import Knob
 from gsfdi.reconcile.case import Case
 from gsfdi.reconcile.compete import MOST
+from gsfdi.reconcile.constancy import inconstant
 from gsfdi.reconcile.dating import moments_of
 from gsfdi.reconcile.enough import is_blind
 from gsfdi.reconcile.finalists import has_ended, never_slips
@@ -224,6 +225,11 @@ def gives_by_speed(case: Case) -> bool:
     return "gearbox_hysteresis" in found and "gearbox_damping" in won - found
 
 
+def varies(case: Case) -> list[tuple[str, str]]:
+    """Terms that were found whose size is another in one half of the samples, and in which."""
+    return inconstant(case.hand, len(case.settled.model.physics), case.terms)
+
+
 def is_in_pieces(case: Case) -> bool:
     """Whether two laws of friction that were found turn over at one speed and by one torque.
 
@@ -258,5 +264,16 @@ def is_at_end(knob: Knob, value: float) -> bool:
     return any(knob.is_at(end, value) for end in (knob.low, knob.high))
 
 
-SIGNS = (never_ends, sets_in_anew, is_series, bent_by_law, is_far, never_levels, gives_by_speed, is_in_pieces, sways)
+SIGNS = (
+    never_ends,
+    sets_in_anew,
+    is_series,
+    bent_by_law,
+    is_far,
+    never_levels,
+    gives_by_speed,
+    is_in_pieces,
+    sways,
+    varies,
+)
 """Signs that what was found are pieces of something that has no name here."""
