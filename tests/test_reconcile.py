@@ -36,7 +36,7 @@ from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.sheet import Held, LawFinding, Log, sheet_of
 from gsfdi.reconcile.simpler import fewer
-from gsfdi.reconcile.trifles import least_share
+from gsfdi.reconcile.trifles import is_void, least_share
 from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.verdict import (
     gives_by_speed,
@@ -221,6 +221,22 @@ def test_what_is_there_from_the_start_is_settled_beside_all_that_sets_in() -> No
     late += [entered("cable_harness", 20.0, 9.0), entered("end_stop", None, 1.0), entered("stiffening", None, 0.5)]
     settled = to_settle(late, shelf("gsfdi.terms", PhysicsTerm))
     assert [entry.offer.term for entry in settled][3:] == ["cable_harness", "end_stop"]
+
+
+@pytest.mark.parametrize(
+    ("use", "void"),
+    [
+        (TermUse("velocity_gain", {"ratio": 0.99997}), True),
+        (TermUse("velocity_gain", {"ratio": 1.0002}), False),
+        (TermUse("coulomb_friction", {"torque_nm": 5e-5}), True),
+        (TermUse("coulomb_friction", {"torque_nm": 5e-4}), False),
+        (TermUse("position_bias", {"bias_rad": 1e-9}), False),
+        (TermUse("current_limit", {"limit_a": 0.0}), False),  # none is no limit
+    ],
+)
+def test_what_has_no_size_is_no_name(use: TermUse, void: bool) -> None:
+    hand = SimpleNamespace(stand=SimpleNamespace(scales=SimpleNamespace(torque=10.0)))
+    assert is_void(hand, use, shelf("gsfdi.terms", PhysicsTerm)) is void  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("count", "order", "series"), [(3, 2.97, True), (3, 2.99, False), (2, 2.97, False)])

@@ -32,6 +32,8 @@ SLIGHT = 0.005
 """Share of the drive's torque up to which a term is slight."""
 VOID = 1e-5
 """Share of the drive's torque that is none: a twentieth of what no simulator gets right."""
+EVEN = 5e-5
+"""Distance of a ratio from one that does nothing which is none: one of 0.99997 mended a gear that creeps."""
 SHAPED = ("stribeck_friction", "presliding_friction", "gearbox_hysteresis", "backlash", LAG)
 """Terms of which the literature has several laws, so that the joint's may be another than the library's."""
 EVERYWHERE = {"backlash", LAG}
@@ -53,7 +55,7 @@ def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> R
         trivial = [
             i
             for i in sorted(range(len(beside)), key=lambda k: beside[k][1])
-            if _is_void(hand, beside[i][0], shelf_terms)
+            if is_void(hand, beside[i][0], shelf_terms)
             or (_is_trifle(hand, given, i, beside, trials, shelf_terms) and not _clears(hand, trials[i]))
         ]
         if not trivial:
@@ -146,10 +148,10 @@ def _clears(hand: Round, bare: Fitted) -> bool:
     return missing(hand, floor) < CLEARED * missing(settled, floor)
 
 
-def _is_void(hand: Round, use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
+def is_void(hand: Round, use: TermUse, shelf_terms: Mapping[str, PhysicsTerm]) -> bool:
     """Whether a term has no size left, so that only a detail of it acts, or the substeps that are made for it."""
     size = shelf_terms[use.term].params[0]
-    hardly = VOID * hand.stand.scales.torque if size.unit == "N m" else 0.0
+    hardly = {"N m": VOID * hand.stand.scales.torque, "1": EVEN}.get(size.unit, 0.0)
     return size.neutral is not None and abs(use.values[size.name] - size.neutral) <= hardly
 
 
