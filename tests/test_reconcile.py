@@ -13,7 +13,7 @@ from gsfdi.fit import Knob
 from gsfdi.model import Controller, JointModel, Sensors, TermUse
 from gsfdi.modelfile import dump, load_models
 from gsfdi.motion import PhysicsTerm
-from gsfdi.reconcile import Reconciliation, reconcile, twin, verdict
+from gsfdi.reconcile import Reconciliation, reconcile, signs, twin, verdict
 from gsfdi.reconcile.bench import HOLD_OUT, bench
 from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.clean import learn_law
@@ -35,10 +35,7 @@ from gsfdi.reconcile.offering import FEWEST, MATERIAL, share_to_try
 from gsfdi.reconcile.screen import Entry, matched
 from gsfdi.reconcile.sensing import noise_of
 from gsfdi.reconcile.sheet import Held, LawFinding, Log, sheet_of
-from gsfdi.reconcile.simpler import fewer
-from gsfdi.reconcile.trifles import is_void, least_share
-from gsfdi.reconcile.turning import DOUBT, spread_of
-from gsfdi.reconcile.verdict import (
+from gsfdi.reconcile.signs import (
     gives_by_speed,
     is_far,
     is_in_pieces,
@@ -49,6 +46,9 @@ from gsfdi.reconcile.verdict import (
     strained,
     sways,
 )
+from gsfdi.reconcile.simpler import fewer
+from gsfdi.reconcile.trifles import is_void, least_share
+from gsfdi.reconcile.turning import DOUBT, spread_of
 from gsfdi.reconcile.window import dating_window, typical_window
 from gsfdi.registry import shelf
 from gsfdi.simulate import simulate_record
@@ -390,7 +390,7 @@ def test_a_torque_explains_where_a_twin_leaves_as_much_or_held_out_data_say_so(
     monkeypatch.setattr(verdict, "left_by_twin", lambda *args: by_twin)
     monkeypatch.setattr(verdict, "left_over", lambda *args: held_out)
     monkeypatch.setattr(verdict, "strays", lambda *args, **kwargs: False)
-    monkeypatch.setattr(verdict, "inconstant", lambda *args: [])
+    monkeypatch.setattr(signs, "inconstant", lambda *args: [])
     use = TermUse(term, {})
     fitted = SimpleNamespace(knobs=[], values=[], model=SimpleNamespace(physics=[use]))
     stand = SimpleNamespace(scales=SimpleNamespace(torque=10.0, seconds=60.0, period=0.01))

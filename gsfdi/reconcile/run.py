@@ -38,10 +38,11 @@ from gsfdi.reconcile.reconciliation import Outcome, Reconciliation
 from gsfdi.reconcile.say import bent, rewritten, summary, timed, varying
 from gsfdi.reconcile.screen import screen
 from gsfdi.reconcile.sensing import as_shown
+from gsfdi.reconcile.signs import bent_by_law, varies
 from gsfdi.reconcile.ticks import shift_of
 from gsfdi.reconcile.together import together
 from gsfdi.reconcile.twin import gain_of_term, is_feigned
-from gsfdi.reconcile.verdict import PARTLY, bent_by_law, is_hopeless, left_of, varies, verdict_of
+from gsfdi.reconcile.verdict import PARTLY, is_hopeless, left_of, verdict_of
 from gsfdi.reconcile.verify import left_over
 from gsfdi.registry import shelf
 from gsfdi.types import Array, JointRecord

@@ -75,11 +75,7 @@ def transitions(model, powers, half, flow, first):  # type: ignore[no-untyped-de
 
 @compiled
 def flow_of(model, powers, h, u, v, w, flow, row):  # type: ignore[no-untyped-def]
-    """Fill ``flow[row]`` with Φ(h) and Γ(h), the exponential's integral being h + u A + v A² + w A³.
-
-    By column, four numbers side by side that a processor adds at once: a recording whose stamps jitter has flows of
-    its own for every sample.
-    """
+    """Fill ``flow[row]`` with Φ(h) and Γ(h), by column, the exponential's integral being h + u A + v A² + w A³."""
     numbers = powers[NUMBERS, 0]
     p, q, r = h - numbers[0] * w, u - numbers[1] * w, v - numbers[2] * w
     lightness = powers[NUMBERS, 1]
@@ -102,7 +98,7 @@ def flow_of(model, powers, h, u, v, w, flow, row):  # type: ignore[no-untyped-de
 
 @inlined
 def weigh(out, a, b, c, d, p, x, q, y, r, z):  # type: ignore[no-untyped-def]
-    """Set `out` to ``(a, b, c, d) + p x + q y + r z``; none is written before all are there, so that all go at once."""
+    """Set `out` to ``(a, b, c, d) + p x + q y + r z``; nothing is written before all that may overlap it is read."""
     a, b = a + p * x[0] + q * y[0] + r * z[0], b + p * x[1] + q * y[1] + r * z[1]
     c, d = c + p * x[2] + q * y[2] + r * z[2], d + p * x[3] + q * y[3] + r * z[3]
     out[0], out[1], out[2], out[3] = a, b, c, d
