@@ -452,7 +452,7 @@ def test_what_leaves_nearly_all_of_a_mismatch_is_going_to_be_no_name(
 def test_a_competition_is_over_where_its_winners_explain_little(
     won: int, terms: tuple[str, ...], left: tuple[float, ...], unsaid: float, over: bool
 ) -> None:
-    assert is_over(won, [TermUse(term) for term in terms], left, unsaid, 5) is over
+    assert is_over(won, [TermUse(term) for term in terms], left, unsaid) is over
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 1.0])

@@ -39,7 +39,7 @@ from gsfdi.types import Array
 PROMISED = 0.015
 """Share of what has been gained beside a play that regression must promise a further term (see `least_promise`)."""
 MOST = 5
-"""Terms that may join."""
+"""Terms that may join at most."""
 MAIN = 3
 """Terms that must account for most of what is missing before a further one may join."""
 DETAIL = 0.2
@@ -55,7 +55,7 @@ PIECES = 3
 
 
 def compete(
-    first: Round, model: JointModel, shelf_terms: Mapping[str, PhysicsTerm], level: float = 0.0, most: int = MOST
+    first: Round, model: JointModel, shelf_terms: Mapping[str, PhysicsTerm], level: float = 0.0
 ) -> tuple[Round, Round, list[Contest]]:
     """Let terms join the model until chance explains the best of what is left.
 
@@ -73,8 +73,6 @@ def compete(
         Terms that may compete.
     level : float
         Doubt about the constant loads that are the last terms of `model` [N m]; 0 where they are not there.
-    most : int
-        Terms that may join at most.
 
     Returns
     -------
@@ -88,7 +86,7 @@ def compete(
     given, window = len(model.physics), typical_window(first.stand, first.innovations)
     if window != first.stand.window:
         first = opening(first.stand.judged_in(window), model, level)
-    first, hand, contests = rounds(first, shelf_terms, given, most)
+    first, hand, contests = rounds(first, shelf_terms, given)
     found, floor = hand.fitted.model.physics[given:], effort_floor(first.stand)
     explains = leaves_nothing(hand, floor) or missing(hand, floor) < DETAIL * missing(first, floor)
     if not explains or pieces_of(found) >= PIECES:
@@ -99,12 +97,10 @@ def compete(
         if window == first.stand.window or not is_dated(hand, given, floor):
             return first, hand, contests
     first = opening(first.stand.judged_in(window), model, level)
-    return rounds(first, shelf_terms, given, most)
+    return rounds(first, shelf_terms, given)
 
 
-def rounds(
-    first: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int, most: int
-) -> tuple[Round, Round, list[Contest]]:
+def rounds(first: Round, shelf_terms: Mapping[str, PhysicsTerm], given: int) -> tuple[Round, Round, list[Contest]]:
     """Hold contest after contest until chance explains the best of what is left; for the rest see `compete`.
 
     While much is missing, a lag looks like the shift of a log that was made in steps. So the shift is taken, and where
@@ -121,13 +117,11 @@ def rounds(
     shelf_terms : mapping of str to PhysicsTerm
     given : int
         Terms of the nominal model.
-    most : int
-        Terms that may join at most.
     """
     opened = first
-    first, hand, contests = _rounds(first, first, (), shelf_terms, given, most, stepped=True)
+    first, hand, contests = _rounds(first, first, (), shelf_terms, given, stepped=True)
     if is_of_one_signal(hand, effort_floor(hand.stand)):
-        return _rounds(opened, opened, (), shelf_terms, given, most, stepped=False)
+        return _rounds(opened, opened, (), shelf_terms, given, stepped=False)
     return first, hand, contests
 
 
@@ -137,7 +131,6 @@ def resumed(
     contests: Sequence[Contest],
     shelf_terms: Mapping[str, PhysicsTerm],
     given: int,
-    most: int = MOST,
 ) -> tuple[Round, list[Contest]]:
     """Go on with the competition beside terms that others have taken the place of since.
 
@@ -155,8 +148,6 @@ def resumed(
     shelf_terms : mapping of str to PhysicsTerm
     given : int
         Terms of the nominal model.
-    most : int
-        Terms that may join at most.
 
     Returns
     -------
@@ -172,7 +163,7 @@ def resumed(
     if likelier(anew, hand) <= 0:
         return hand, list(contests)
     won = [contest for contest in contests if contest.winner is not None]
-    return _rounds(first, anew, won, shelf_terms, given, most, stepped=False)[1:]
+    return _rounds(first, anew, won, shelf_terms, given, stepped=False)[1:]
 
 
 def _rounds(
@@ -181,7 +172,6 @@ def _rounds(
     held: Sequence[Contest],
     shelf_terms: Mapping[str, PhysicsTerm],
     given: int,
-    most: int,
     stepped: bool,
 ) -> tuple[Round, Round, list[Contest]]:
     floor, contests = effort_floor(first.stand), list(held)
@@ -217,7 +207,7 @@ def _rounds(
             hand = retuned(hand, place, shelf_terms[use.term], floor)
         left.append(share_missing(hand, first, floor))
         unsaid = float(np.exp(-likelier(hand, first) / hand.stand.told))
-        if is_over(len(contests), hand.fitted.model.physics[given:], left, unsaid, most):
+        if is_over(len(contests), hand.fitted.model.physics[given:], left, unsaid):
             return first, exact(hand), contests
 
 
@@ -246,7 +236,7 @@ def least_promise(hand: Round, first: Round, left: float) -> float:
     return max(least, PROMISED * likelier(hand, first)) if plays(hand.fitted.model) else least
 
 
-def is_over(won: int, found: Sequence[TermUse], left: Sequence[float], unsaid: float, most: int) -> bool:
+def is_over(won: int, found: Sequence[TermUse], left: Sequence[float], unsaid: float) -> bool:
     """Whether no further term is looked for: there are enough, or they are pieces of something else.
 
     Parameters
@@ -260,10 +250,8 @@ def is_over(won: int, found: Sequence[TermUse], left: Sequence[float], unsaid: f
     unsaid : float
         Share of what is unforeseen of a value that is left. A cogging and a spring that stiffens took next to nothing
         off the missing torque beside a bristle of twice their size, and gained 34,000 together.
-    most : int
-        Terms that may join at most.
     """
-    if won >= most or pieces_of(found) >= PIECES or (won >= MAIN and (left[-1] > DETAIL or stalls(left))):
+    if won >= MOST or pieces_of(found) >= PIECES or (won >= MAIN and (left[-1] > DETAIL or stalls(left))):
         return True
     return won > 1 and min(left[-1], unsaid) > NOTHING and not any(is_sensor(use.term) for use in found)
 

@@ -54,7 +54,7 @@ def inconstant(hand: Round, given: int, terms: Mapping[str, PhysicsTerm]) -> lis
     where, halved = zip(*halves(hand.stand), strict=True)
     masks = np.repeat(np.array(halved, dtype=np.float64), len(hand.stand.system.rows), axis=1)
     for i, (knob, value) in enumerate(zip(fitted.knobs, fitted.values, strict=True)):
-        size = size_of(knob, value, given, hand, terms)
+        size = found_size(knob, value, given, hand, terms)
         if size == 0.0:
             continue
         parts = fitted.jacobian[:, i] * masks
@@ -67,7 +67,7 @@ def inconstant(hand: Round, given: int, terms: Mapping[str, PhysicsTerm]) -> lis
     return found
 
 
-def size_of(knob: Knob, value: float, given: int, hand: Round, terms: Mapping[str, PhysicsTerm]) -> float:
+def found_size(knob: Knob, value: float, given: int, hand: Round, terms: Mapping[str, PhysicsTerm]) -> float:
     """Distance of a found term's size from where it does nothing; 0 for any other knob and for one at its end."""
     if knob.place < given or not knob.low < value < knob.high:
         return 0.0
