@@ -62,4 +62,5 @@ def test_many_small_pieces_take_no_more_memory_than_a_few() -> None:
         assert kept.samples == pieces
         return size
 
-    assert taken(1000) < taken(10) + 1000  # a byte for each piece would be seen
+    many, few = (min(taken(pieces) for _ in range(3)) for pieces in (1000, 10))  # what else runs only adds to it
+    assert many < few + 1000  # a byte for each piece would be seen
