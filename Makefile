@@ -19,7 +19,7 @@ test thorough: export OPENBLAS_NUM_THREADS = 1
 test: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+	$(BIN)/python tests/warm.py & $(BIN)/mypy && wait
 	$(BIN)/python -m pytest -n 2 -m "not thorough"
 
 thorough: $(READY)

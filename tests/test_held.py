@@ -66,6 +66,7 @@ def test_every_wave_and_the_friction_beside_them_are_found(speeds: tuple[float, 
         assert size["ci95"][0] < size["value"] < size["ci95"][1]
 
 
+@pytest.mark.thorough
 def test_what_a_motion_in_one_direction_cannot_part_is_told_together() -> None:
     (group,) = [group for group in told(0.5).indistinguishable if "coulomb_friction" in group]
     assert set(group) == {"coulomb_friction", "viscous_friction", "constant_load"}

@@ -26,6 +26,7 @@ def test_rivals_find_what_is_plain() -> None:
     assert best(remainder, library) == "b"
 
 
+@pytest.mark.thorough
 def test_every_rival_answers_a_case(tmp_path: Path) -> None:
     write_files(draw(Design("single", ("coulomb_friction",)), 3), tmp_path)
     known = load_models(tmp_path / "nominal.toml").for_joint("J1").controller is not None

@@ -1067,7 +1067,10 @@ def test_a_joint_that_moves_does_not_slip() -> None:
     assert entry["term"] == "position_bias"
 
 
-@pytest.mark.parametrize("onset", [25.003, 25.01, 31.37])
+@pytest.mark.parametrize(
+    "onset",
+    [25.003, pytest.param(25.01, marks=pytest.mark.thorough), pytest.param(31.37, marks=pytest.mark.thorough)],
+)
 def test_a_large_step_of_the_position_is_found_to_the_sample(onset: float) -> None:
     step = TermUse("position_bias", {"bias_rad": 1.6e-3}, None, onset)
     record = simulate_record(replace(MODEL, physics=(step,)), seed=2, duration=60.0)

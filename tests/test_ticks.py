@@ -117,7 +117,7 @@ def stepped(steps: int) -> JointRecord:
     return replace(asked, channels={**asked.channels, **channels}, valid={})
 
 
-@pytest.mark.parametrize("steps", [10, 100])
+@pytest.mark.parametrize("steps", [pytest.param(10, marks=pytest.mark.thorough), 100])
 def test_how_another_simulator_steps_has_no_name(steps: int) -> None:
     """The speed lags by half a step, efforts act half a step early."""
     answer = reconcile([stepped(steps)], MODEL)
@@ -136,7 +136,7 @@ def test_a_log_is_shifted_once() -> None:
 
 
 @pytest.mark.parametrize(("term", "number"), [("velocity_lag", "lag_s"), ("actuation_delay", "delay_s")])
-@pytest.mark.parametrize("late", [0.08, 0.3])
+@pytest.mark.parametrize("late", [0.08, pytest.param(0.3, marks=pytest.mark.thorough)])
 def test_what_shifts_one_signal_alone_has_a_name_however_little_it_is(term: str, number: str, late: float) -> None:
     lagging = replace(MODEL, physics=(TermUse(term, {number: late * STEP}),))
     answer = reconcile([simulate_record(lagging, seed=6, duration=60.0)], MODEL)

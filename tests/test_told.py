@@ -214,7 +214,7 @@ def stiff(*terms: TermUse, inertia: float = 90.0) -> JointModel:
     )
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.thorough)])
 def test_stamps_of_a_stiff_law_are_late_and_bring_nothing_else(seed: int) -> None:
     late = TermUse("timestamp_latency", {"delay_s": 9.07e-4})
     record = without_speed(simulate_record(stiff(late, inertia=92.0), seed=seed, duration=20.0))
