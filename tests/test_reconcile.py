@@ -224,18 +224,20 @@ def test_what_is_there_from_the_start_is_settled_beside_all_that_sets_in() -> No
 
 
 @pytest.mark.parametrize(
-    ("use", "void"),
+    ("use", "lever", "void"),
     [
-        (TermUse("velocity_gain", {"ratio": 0.99997}), True),
-        (TermUse("velocity_gain", {"ratio": 1.0002}), False),
-        (TermUse("coulomb_friction", {"torque_nm": 5e-5}), True),
-        (TermUse("coulomb_friction", {"torque_nm": 5e-4}), False),
-        (TermUse("position_bias", {"bias_rad": 1e-9}), False),
-        (TermUse("current_limit", {"limit_a": 0.0}), False),  # none is no limit
+        (TermUse("velocity_gain", {"ratio": 0.99997}), 0.0, True),
+        (TermUse("velocity_gain", {"ratio": 1.0002}), 0.0, False),
+        (TermUse("position_gain", {"ratio": 1.0002}), 0.1, True),
+        (TermUse("position_gain", {"ratio": 1.002}), 0.1, False),
+        (TermUse("coulomb_friction", {"torque_nm": 5e-5}), 0.0, True),
+        (TermUse("coulomb_friction", {"torque_nm": 5e-4}), 0.0, False),
+        (TermUse("position_bias", {"bias_rad": 1e-9}), 0.0, False),
+        (TermUse("current_limit", {"limit_a": 0.0}), 0.0, False),  # none is no limit
     ],
 )
-def test_what_has_no_size_is_no_name(use: TermUse, void: bool) -> None:
-    hand = SimpleNamespace(stand=SimpleNamespace(scales=SimpleNamespace(torque=10.0)))
+def test_what_has_no_size_is_no_name(use: TermUse, lever: float, void: bool) -> None:
+    hand = SimpleNamespace(stand=SimpleNamespace(scales=SimpleNamespace(torque=10.0), lever=lever))
     assert is_void(hand, use, shelf("gsfdi.terms", PhysicsTerm)) is void  # type: ignore[arg-type]
 
 
@@ -1081,15 +1083,24 @@ def test_a_large_step_of_the_position_is_found_to_the_sample(onset: float) -> No
 
 
 @pytest.mark.parametrize(
-    ("term", "size", "says"),
-    [("stiffness_change", 0.3, True), ("stiffness_change", 0.0, False), ("viscous_friction", 0.3, False)],
+    ("term", "size", "deviation", "says"),
+    [
+        ("stiffness_change", 0.3, 1e-6, True),
+        ("stiffness_change", 0.0, 1e-6, False),
+        ("viscous_friction", 0.3, 1e-6, False),
+        ("stiffness_change", 0.3, 1e-7, False),
+        ("stiffness_change", 30.0, 1e-7, True),
+    ],
 )
-def test_a_number_of_the_plant_does_not_explain_what_sways(term: str, size: float, says: bool) -> None:
+def test_a_number_of_the_plant_does_not_explain_what_sways(
+    term: str, size: float, deviation: float, says: bool
+) -> None:
     noise = np.random.default_rng(0).standard_normal((9000, 2))
     noise[:, 0] += size * np.sin(np.linspace(0.0, 60.0, 9000))
     noise[:40] = 0.0  # no innovations while the observer warms up
     hand = SimpleNamespace(fitted=SimpleNamespace(residual=noise.ravel()))
-    stand = SimpleNamespace(system=SimpleNamespace(rows=(0, 1)))
+    system = SimpleNamespace(rows=(0, 1), R=(deviation**2, 1e-6))
+    stand = SimpleNamespace(system=system, scales=SimpleNamespace(reach=0.5))
     found = [SimpleNamespace(use=TermUse(term))]
     assert sways(SimpleNamespace(findings=(), found=found, hand=hand, stand=stand)) is says  # type: ignore[arg-type]
 

@@ -201,6 +201,8 @@ def _rounds(
         if only_mends_flanks(hand, given, shelf_terms):
             return first, before, contests
         hand = plainer(hand, floor)
+        if is_as_before(hand, before):
+            return first, before, contests
         for place, use in list(enumerate(hand.fitted.model.physics))[given:-1]:  # beside what has come since
             hand = settled_onset(hand, place, floor)
             hand = relawed(hand, place, shelf_terms[use.term], floor)
@@ -209,6 +211,12 @@ def _rounds(
         unsaid = float(np.exp(-likelier(hand, first) / hand.stand.told))
         if is_over(len(contests), hand.fitted.model.physics[given:], left, unsaid):
             return first, exact(hand), contests
+
+
+def is_as_before(hand: Round, before: Round) -> bool:
+    """Whether nothing has come of a contest, so that every other would end as it did: what won was dropped again."""
+    kinds = [[(use.term, use.side) for use in one.fitted.model.physics] for one in (hand, before)]
+    return kinds[0] == kinds[1] and likelier(hand, before) < LEAST
 
 
 def share_missing(hand: Round, first: Round, floor: Array) -> float:

@@ -17,6 +17,7 @@ from gsfdi.reconcile.finalists import (
     CHANCE,
     FINALISTS,
     UNPROMISED,
+    beside_ends,
     calibrated,
     cost_of,
     credible,
@@ -224,13 +225,19 @@ def refitted(
         Those that are worth settling under a noise of their own, however small their merit where that noise hides it.
     """
     able = [entry for entry in screening.entries if entry.linear >= promised]
-    finalists = [*finalists_of(able), *beside_positions(screening.entries, hand.stand)]
+    ended = beside_ends(screening.entries, hand, floor)
+    finalists = finalists_of(able)
+    finalists += [e for e in ended if not any(e is other for other in finalists)]
+    finalists += beside_positions(screening.entries, hand.stand)
     ranked = credible(hand, screening, refits(hand, finalists))
     fair = [fairly(hand, e, shelf_terms) if merit(e) > LEAST else e for e in ranked]
     hope = np.inf if leaves_nothing(hand, floor) else LEAST
-    hopeful = {id(one) for one, whole in zip(fair, ranked, strict=True) if merit(whole) > hope}
+    wanted = {entry.offer.term for entry in ended}
+    pairs = zip(fair, ranked, strict=True)
+    hopeful = {id(one) for one, whole in pairs if merit(whole) > (0.0 if one.offer.term in wanted else hope)}
     ranked = sorted(fair, key=merit, reverse=True)
-    near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) and matters(hand, e)]
+    near = [e for e in needed(ranked) if merit(e) > NEAR * merit(ranked[0]) or e.offer.term in wanted]
+    near = [e for e in near if matters(hand, e)]
     return ranked, [e for e in near if merit(e) > min(e.bar, WORTH) or id(e) in hopeful]
 
 
