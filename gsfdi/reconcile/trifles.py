@@ -51,7 +51,7 @@ ONE_WAY = ("asymmetric_friction",)
 
 def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> Round:
     """Take out terms whose part in the mismatch is trivial: where two ways of writing a law differ, not physics."""
-    while len(hand.fitted.model.physics) > given + 1:
+    while len(hand.fitted.model.physics) > given:
         trials = [without(hand, place) for place in range(given, len(hand.fitted.model.physics))]
         gains = np.array([max(trial.cost - hand.fitted.cost, 0.0) for trial in trials])
         shares = gains / max(float(gains.sum()), 1e-300)
