@@ -228,8 +228,8 @@ def test_what_is_there_from_the_start_is_settled_beside_all_that_sets_in() -> No
     [
         (TermUse("velocity_gain", {"ratio": 0.99997}), 0.0, True),
         (TermUse("velocity_gain", {"ratio": 1.0002}), 0.0, False),
-        (TermUse("position_gain", {"ratio": 1.0002}), 0.1, True),
-        (TermUse("position_gain", {"ratio": 1.002}), 0.1, False),
+        (TermUse("position_gain", {"ratio": 1.0001}), 0.1, True),
+        (TermUse("position_gain", {"ratio": 1.0003}), 0.1, False),
         (TermUse("coulomb_friction", {"torque_nm": 5e-5}), 0.0, True),
         (TermUse("coulomb_friction", {"torque_nm": 5e-4}), 0.0, False),
         (TermUse("position_bias", {"bias_rad": 1e-9}), 0.0, False),

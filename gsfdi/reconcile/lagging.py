@@ -37,11 +37,14 @@ def with_positions(
         return others
     lag = next(f for f in findings if f.term == LAG)
     shown, spread = kinematic_lag(records, model)
+    most = max((f.gain for f in others), default=0.0)
+    lags, likely = shown > SURE * spread, lag.gain > ALIKE * most
     if abs(shown - lag.values["lag_s"]) > max(SURE * spread, NEAR * abs(shown)):
-        return others
-    if shown > SURE * spread:
+        # a gearbox that rings bends the way: it showed 6.0 of 7.8 ms, of which the law was sure
+        return [lag] if lags and likely else others
+    if lags:
         return [replace(lag, values={"lag_s": shown}) if spread < lag.spread else lag]
-    return [lag] if lag.gain > ALIKE * max((f.gain for f in others), default=0.0) else others
+    return [lag] if likely else others
 
 
 def beside_positions(entries: Sequence[Entry], stand: Bench) -> list[Entry]:

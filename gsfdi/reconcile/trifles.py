@@ -36,7 +36,7 @@ VOID = 1e-5
 """Share of the drive's torque that is none: a twentieth of what no simulator gets right."""
 EVEN = 5e-5
 """Distance of a ratio from one that does nothing which is none: one of 0.99997 mended a gear that creeps."""
-TOLD = 5e-4
+TOLD = 2e-4
 """The same beside a speed that the law told, which a sound joint's positions went 1.00015 times as far as."""
 SHAPED = ("stribeck_friction", "presliding_friction", "gearbox_hysteresis", "backlash", LAG)
 """Terms of which the literature has several laws, so that the joint's may be another than the library's."""
