@@ -72,6 +72,8 @@ def test_an_integral_that_lost_rows_have_led_astray_is_no_bias_that_sets_in(bias
     [
         ((5.0e-3, 3e-4), 300.0, ["velocity_lag"]),  # they show one, and the law is sure of another
         ((5.0e-3, 3e-4), 90.0, ["current_gain"]),
+        ((1.0e-3, 3e-4), 300.0, ["velocity_lag"]),  # they hint at one
+        ((1.0e-3, 3e-4), 120.0, ["current_gain"]),
         ((0.2e-3, 3e-4), 300.0, ["current_gain"]),  # they show none
         ((7.9e-3, 3e-4), 90.0, ["velocity_lag"]),
         ((0.0, np.inf), 300.0, ["velocity_lag"]),

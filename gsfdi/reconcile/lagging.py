@@ -21,6 +21,8 @@ SPAN = 0.2
 """Time [s] over which way and speed are held against each other."""
 SURE, NEAR = 4.0, 0.3
 """Spreads that a lag must be above none, and the share by which one told otherwise may differ from it."""
+HINTED, PLAINLY = 2.0, 100.0
+"""Spreads of one that the positions hint at, and log-likelihood by which it must then be the likeliest finding."""
 ALIKE = 0.95
 """Share of the best finding's gain from which a lag that the positions leave open is as good."""
 
@@ -40,8 +42,9 @@ def with_positions(
     most = max((f.gain for f in others), default=0.0)
     lags, likely = shown > SURE * spread, lag.gain > ALIKE * most
     if abs(shown - lag.values["lag_s"]) > max(SURE * spread, NEAR * abs(shown)):
-        # a gearbox that rings bends the way: it showed 6.0 of 7.8 ms, of which the law was sure
-        return [lag] if lags and likely else others
+        # a gearbox that rings bends the way: it showed 6.0 of 7.8 ms and 1.1 of 3.3, of which the law was sure
+        hinted = shown > HINTED * spread and lag.gain > most + PLAINLY
+        return [lag] if hinted or (lags and likely) else others
     if lags:
         return [replace(lag, values={"lag_s": shown}) if spread < lag.spread else lag]
     return [lag] if likely else others

@@ -37,7 +37,7 @@ from gsfdi.types import Array, JointRecord, Mask
 
 COARSE = 0.003
 """Share of the effort below which a misfit of the law is how it was sampled and held rather than what it is."""
-ROUNDED = 1e-4
+ROUNDED = 2e-4
 """Distance from 1 up to which a ratio is arithmetic, however plain: nobody sets a gain to so many digits."""
 
 
