@@ -107,6 +107,10 @@ class Knob:
         """Whether `value` lies at an end of the knob's, as nearly as a fit leaves it there."""
         return abs(value - end) < AT_END * self.scale
 
+    def is_at_end(self, value: float) -> bool:
+        """Whether a number ended where it may go no farther."""
+        return self.is_at(self.low, value) or self.is_at(self.high, value)
+
     def turn(self, model: JointModel, value: float) -> JointModel:
         """Give `model` with this knob at `value`, kept within its bounds."""
         value = float(min(max(value, self.low), self.high))

@@ -13,6 +13,7 @@ from gsfdi.reconcile.calibrate import bar, inflations
 from gsfdi.reconcile.drifting import position_of
 from gsfdi.reconcile.hand import Round, is_sensor, leaves_nothing, likelier, settle, with_term
 from gsfdi.reconcile.offering import MATERIAL, SIMULATED
+from gsfdi.reconcile.parameters import ended
 from gsfdi.reconcile.remainder import torque_between
 from gsfdi.reconcile.screen import (
     EARLIEST,
@@ -110,13 +111,8 @@ def beside_ends(entries: Sequence[Entry], hand: Round, floor: Array) -> list[Ent
     """
     if leaves_nothing(hand, floor):
         return []
-    fitted = hand.fitted
-    ended = {
-        f"{knob.name}_change"
-        for knob, value in zip(fitted.knobs, fitted.values, strict=True)
-        if knob.place == -1 and knob.low < knob.high and (knob.is_at(knob.low, value) or knob.is_at(knob.high, value))
-    }
-    return [entry for entry in entries if entry.offer.term in ended and entry.onset is None]
+    ends = ended(hand.fitted)
+    return [entry for entry in entries if entry.offer.term in ends and entry.onset is None]
 
 
 def credible(hand: Round, screening: Screening, finalists: Sequence[Entry]) -> list[Entry]:

@@ -111,7 +111,7 @@ def checked(records: Sequence[JointRecord], model: JointModel, most: int) -> Law
     noise = noise if noise > 0 and measured else max(noise, held.hiss)
     size = float(np.sqrt(np.mean(np.concatenate([s.effort for s in held.sheets]) ** 2)))
     before = held.left
-    while len(held.findings) < most and not strays(held):
+    while len(held.findings) < most and not is_led_astray(held):
         trials = instrumental(held, pair.shown, COARSE * size) if pair is not None else []
         trials = [f for f in trials if f.gain > SURE]
         trials = trials or material(_believable(held, noise, measured), size, held, measured)
@@ -312,15 +312,19 @@ def _steps(held: Held) -> list[LawFinding]:
     return found
 
 
-def strays(held: Held) -> bool:
+def is_led_astray(held: Held) -> bool:
     """Whether what the law leaves is no more than its integral may be off where rows were lost.
 
     In it was the noise of each position that nobody logged, and to its walk any column that is slow is alike. Of sound
     joints that lost a twentieth of noisy rows one had a bias that set in, four of eight an integral gain of 0.1 to 0.6.
     """
-    law, noise = held.law, float(np.sqrt(sensor_variances(held.log.records, held.log.model)[0]))
-    lost = (np.maximum(np.round(np.diff(sheet.t) * law.sample_rate) - 1.0, 0.0).sum() for sheet in held.sheets)
-    return held.left < WALKS * law.integral * noise / law.sample_rate * float(np.sqrt(max(lost, default=0.0)))
+    law = held.law
+    steps = (np.round(np.diff(sheet.t) * law.sample_rate) for sheet in held.sheets)
+    lost = max((float(np.maximum(step - 1.0, 0.0).sum()) for step in steps), default=0.0)
+    if lost == 0.0 or law.integral == 0.0:
+        return False
+    noise = float(np.sqrt(sensor_variances(held.log.records, held.log.model)[0]))
+    return held.left < WALKS * law.integral * noise / law.sample_rate * float(np.sqrt(lost))
 
 
 def _clock(held: Held, term: str, name: str, sheets: Callable[[float], list[Sheet]]) -> LawFinding:

@@ -77,6 +77,15 @@ class Shift:
         return not any(self.low < 1 + way * self.tolerance < self.high for way in (-1, 1))
 
 
+def ended(fitted: Fitted) -> list[str]:
+    """Changes of those numbers of the plant that ended as far off as they are believed to be."""
+    return [
+        TERM_OF[knob.name]
+        for knob, value in zip(fitted.knobs, fitted.values, strict=True)
+        if knob.place == -1 and knob.name in TERM_OF and knob.low < knob.high and knob.is_at_end(value)
+    ]
+
+
 def shifts(hand: Round) -> list[Shift]:
     """Every plant parameter over its nominal value."""
     fitted = hand.fitted

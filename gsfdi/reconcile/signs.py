@@ -16,7 +16,7 @@ from gsfdi.reconcile.dating import moments_of
 from gsfdi.reconcile.finalists import has_ended, never_slips
 from gsfdi.reconcile.judge import Name
 from gsfdi.reconcile.noise import power_of_means
-from gsfdi.reconcile.parameters import TERM_OF
+from gsfdi.reconcile.parameters import TERM_OF, ended
 from gsfdi.reconcile.trifles import SHAPED
 
 SPANS, SWAYS = 30, 6.0
@@ -69,7 +69,7 @@ def is_series(case: Case) -> bool:
     series = {term for term, count in counts.items() if count >= SERIES}
     fitted = case.hand.fitted
     return any(
-        knob.place >= 0 and fitted.model.physics[knob.place].term in series and is_at_end(knob, value)
+        knob.place >= 0 and fitted.model.physics[knob.place].term in series and knob.is_at_end(value)
         for knob, value in zip(fitted.knobs, fitted.values, strict=True)
     )
 
@@ -100,7 +100,7 @@ def is_far(case: Case) -> bool:
         if knob.name == "onset" or term.param(knob.name).kind != "plain":
             return False
         if term.param(knob.name) is term.order:  # a wave that would not be whole is a piece of something else
-            return is_at_end(knob, value)
+            return knob.is_at_end(value)
         return knob.is_at(knob.high, value)
 
     pairs = zip(fitted.knobs, fitted.values, strict=True)
@@ -151,12 +151,7 @@ def is_in_pieces(case: Case) -> bool:
 
 def strained(case: Case) -> list[str]:
     """Numbers of the plant that went as far as they are believed; none where it is one alone."""
-    fitted = case.hand.fitted
-    ends = [
-        TERM_OF[knob.name]
-        for knob, value in zip(fitted.knobs, fitted.values, strict=True)
-        if knob.place == -1 and knob.name in TERM_OF and knob.low < knob.high and is_at_end(knob, value)
-    ]
+    ends = ended(case.hand.fitted)
     return ends if len(ends) > 1 else []
 
 
@@ -166,11 +161,6 @@ def bent_by_law(case: Case) -> list[str]:
     Where no law was found, one number that is off bends the others.
     """
     return strained(case) if case.found or case.findings else []
-
-
-def is_at_end(knob: Knob, value: float) -> bool:
-    """Whether a number ended where it may go no farther."""
-    return any(knob.is_at(end, value) for end in (knob.low, knob.high))
 
 
 SIGNS = (

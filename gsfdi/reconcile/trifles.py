@@ -51,15 +51,17 @@ ONE_WAY = ("asymmetric_friction",)
 
 def pruned(hand: Round, given: int, shelf_terms: Mapping[str, PhysicsTerm]) -> Round:
     """Take out terms whose part in the mismatch is trivial: where two ways of writing a law differ, not physics."""
-    while len(hand.fitted.model.physics) > given:
-        trials = [without(hand, place) for place in range(given, len(hand.fitted.model.physics))]
+    while found := hand.fitted.model.physics[given:]:
+        if len(found) == 1 and not is_void(hand, found[0], shelf_terms):
+            return hand  # all that was found is no trifle beside anything
+        trials = [without(hand, given + i) for i in range(len(found))]
         gains = np.array([max(trial.cost - hand.fitted.cost, 0.0) for trial in trials])
         shares = gains / max(float(gains.sum()), 1e-300)
-        beside = list(zip(hand.fitted.model.physics[given:], shares, strict=True))
+        beside = list(zip(found, shares, strict=True))
         trivial = [
             i
             for i in sorted(range(len(beside)), key=lambda k: beside[k][1])
-            if is_void(hand, beside[i][0], shelf_terms)
+            if is_void(hand, found[i], shelf_terms)
             or (_is_trifle(hand, given, i, beside, trials, shelf_terms) and not _clears(hand, trials[i]))
         ]
         if not trivial:
